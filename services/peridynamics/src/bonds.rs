@@ -1,14 +1,22 @@
 //! Bonds of points, and their weights.
 
 mod fit;
+mod neighbours;
 
 use cullet_geometry::Vec3;
+use cullet_simd::{LANES, Lanes, SimdLevel, sum_lanes};
+use fearless_simd::{SimdBase, dispatch, f32x16};
 use fit::fitted;
+use neighbours::CellOrder;
 use rayon::prelude::*;
 use thiserror::Error;
 
-/// Most bonds of a body.
-const MOST_BONDS: usize = 200_000_000;
+/// Most bytes that the bonds of a body take.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// Bytes of a bond at each of its ends: the other end, two weights, two plastic extensions and what
+/// is left.
+pub const BOND_BYTES: u64 = 24;
 
 /// Fewest bonds of a point: with fewer there is no shear in some direction.
 const LEAST_BONDS: usize = 6;
@@ -17,10 +25,15 @@ const LEAST_BONDS: usize = 6;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum BondError {
     /// There are too many bonds.
-    #[error("{bonds} bonds within {horizon:.3e} m; at most {MOST_BONDS} fit")]
+    #[error(
+        "{bonds} bonds within {horizon:.3e} m take {} MB, {BOND_BYTES} bytes each; at most {} MB \
+         fit: take fewer points or a shorter horizon",
+        bonds * BOND_BYTES / 1_000_000,
+        MOST_BYTES / 1_000_000
+    )]
     TooMany {
-        /// At least so many.
-        bonds: usize,
+        /// With the empty places of the lists.
+        bonds: u64,
         /// δ \[m\].
         horizon: f64,
     },
@@ -49,7 +62,7 @@ pub enum BondError {
         point: usize,
     },
     /// A number does not hold.
-    #[error("{what} is {value:.3e}: it must be positive and finite")]
+    #[error("{what} is {value:.3e}: it must be greater than 0 and finite")]
     NoNumber {
         /// Which.
         what: &'static str,
@@ -58,21 +71,52 @@ pub enum BondError {
     },
 }
 
-/// The bonds of all points, each from both of its ends.
+/// That a number is greater than 0 and finite.
+///
+/// # Errors
+///
+/// If it is not.
+pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), BondError> {
+    match value.is_finite() && value > 0.0 {
+        true => Ok(()),
+        false => Err(BondError::NoNumber { what, value }),
+    }
+}
+
+/// The bonds of all points, each from both of its ends, in groups of sixteen.
 #[derive(Clone, Debug)]
 pub struct BondGraph {
-    /// First bond of each point, then their number.
-    pub starts: Vec<u32>,
-    /// The other end.
-    pub ends: Vec<u32>,
-    /// The same bond from its other end.
-    pub back: Vec<u32>,
-    /// l₀ \[m\].
-    pub rest: Vec<f64>,
-    /// w \[1\].
-    pub weights: Vec<f64>,
+    /// First group of each point, then their number.
+    starts: Vec<u32>,
+    /// Bonds of each point.
+    counts: Vec<u32>,
+    /// The other end; in lanes of a last group that are empty, that of the point's first bond.
+    pub(crate) ends: Vec<Lanes<u32>>,
+    /// wV over the mean volume, of this end; 0 in empty lanes \[1\].
+    pub(crate) weights: Vec<Lanes<f32>>,
+    /// The same of the other end.
+    pub(crate) back_weights: Vec<Lanes<f32>>,
     /// Points whose bonds no positive weights make isotropic: at edges, corners and in thin places.
     pub loose: usize,
+}
+
+/// A bond as one of its ends has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BondSlot {
+    /// Its group.
+    pub group: usize,
+    /// Its lane in that.
+    pub lane: usize,
+    /// The other end.
+    pub end: usize,
+}
+
+impl BondSlot {
+    /// Its number in a list.
+    #[inline(always)]
+    pub(crate) fn of(self, list: &[Lanes<f32>]) -> f32 {
+        list[self.group].0[self.lane]
+    }
 }
 
 impl BondGraph {
@@ -83,89 +127,150 @@ impl BondGraph {
     /// If a point has too few bonds, there are too many, two points coincide, or the horizon or a
     /// volume \[m³\] is none.
     pub fn new(places: &[Vec3], volumes: &[f64], horizon: f64) -> Result<Self, BondError> {
-        let number = |what, value: f64| match value.is_finite() && value > 0.0 {
-            true => Ok(()),
-            false => Err(BondError::NoNumber { what, value }),
-        };
-        number("the horizon [m]", horizon)?;
+        positive("the horizon [m]", horizon)?;
         if places.is_empty() || places.len() != volumes.len() {
             return Err(BondError::Unequal { points: places.len(), volumes: volumes.len() });
         }
         if let Some(point) = places.iter().position(|x| !x.iter().all(|c| c.is_finite())) {
             return Err(BondError::Coincident { point });
         }
-        volumes.iter().try_for_each(|&v| number("a volume [m^3]", v))?;
-        let near = neighbours(places, horizon)?;
+        volumes.iter().try_for_each(|&v| positive("a volume [m^3]", v))?;
+        let order = CellOrder::new(places, horizon);
+        let counts = order.counts();
+        let groups: u64 = counts.iter().map(|&n| u64::from(n).div_ceil(LANES as u64)).sum();
+        let bonds = groups * LANES as u64;
+        if bonds * BOND_BYTES > MOST_BYTES {
+            return Err(BondError::TooMany { bonds, horizon });
+        }
+        if let Some(point) = counts.iter().position(|&n| (n as usize) < LEAST_BONDS) {
+            return Err(BondError::TooFew { point, bonds: counts[point] as usize, horizon });
+        }
+        let mut graph = Self::empty(counts, groups as usize);
+        graph.fill(&order, places, volumes)?;
+        graph.look_back();
+        Ok(graph)
+    }
+
+    fn empty(counts: Vec<u32>, groups: usize) -> Self {
         let mut starts = vec![0u32];
-        for (point, near) in near.iter().enumerate() {
-            if near.len() < LEAST_BONDS {
-                return Err(BondError::TooFew { point, bonds: near.len(), horizon });
-            }
-            if near.iter().any(|&q| places[q as usize] == places[point]) {
+        let mut next = 0;
+        starts.extend(counts.iter().map(|n| {
+            next += n.div_ceil(LANES as u32);
+            next
+        }));
+        let none = || vec![Lanes([0.0; LANES]); groups];
+        let ends = vec![Lanes([0; LANES]); groups];
+        Self { starts, counts, ends, weights: none(), back_weights: none(), loose: 0 }
+    }
+
+    /// Finds the ends and weights of all points.
+    fn fill(
+        &mut self,
+        order: &CellOrder<'_>,
+        places: &[Vec3],
+        volumes: &[f64],
+    ) -> Result<(), BondError> {
+        let mean = volumes.iter().sum::<f64>() / volumes.len() as f64;
+        let (mut ends, mut weights) = (&mut self.ends[..], &mut self.weights[..]);
+        let mut rows = Vec::new();
+        for point in 0..places.len() {
+            let groups = (self.starts[point + 1] - self.starts[point]) as usize;
+            let (own, rest) = ends.split_at_mut(groups);
+            let (weight, others) = weights.split_at_mut(groups);
+            (ends, weights) = (rest, others);
+            rows.push((point, own, weight));
+        }
+        let fits = rows.into_par_iter().map(|(point, ends, weights)| {
+            let near = order.of(point);
+            let bond = |&q: &u32| (places[q as usize] - places[point], volumes[q as usize]);
+            let bonds: Vec<(Vec3, f64)> = near.iter().map(bond).collect();
+            if bonds.iter().any(|(xi, _)| *xi == Vec3::zeros()) {
                 return Err(BondError::Coincident { point });
             }
-            starts.push(starts[point] + near.len() as u32);
+            let (found, fits) = fitted(&bonds);
+            ends.iter_mut().for_each(|group| group.0 = [near[0]; LANES]);
+            for (k, (q, w)) in near.iter().zip(found).enumerate() {
+                ends[k / LANES].0[k % LANES] = *q;
+                weights[k / LANES].0[k % LANES] = (w * volumes[point] / mean) as f32;
+            }
+            Ok(fits)
+        });
+        // The first point that does not hold, however many threads look.
+        let fits: Vec<Result<bool, BondError>> = fits.collect();
+        for fits in fits {
+            self.loose += usize::from(!fits?);
         }
-        let found: Vec<(Vec<f64>, bool)> = near
-            .par_iter()
-            .enumerate()
-            .map(|(point, near)| {
-                let bonds: Vec<(Vec3, f64)> = near
-                    .iter()
-                    .map(|&q| (places[q as usize] - places[point], volumes[q as usize]))
-                    .collect();
-                fitted(&bonds)
-            })
-            .collect();
-        let loose = found.iter().filter(|(_, fits)| !fits).count();
-        let weights = found.into_iter().flat_map(|(weights, _)| weights).collect();
-        let ends: Vec<u32> = near.iter().flatten().copied().collect();
-        let ways = |point: usize| near[point].iter().map(move |&q| (point, q as usize));
-        let rest = (0..places.len()).flat_map(ways).map(|(p, q)| (places[q] - places[p]).norm());
-        let place = |p: usize, q: usize| near[q].partition_point(|&r| (r as usize) < p) as u32;
-        let back = (0..places.len()).flat_map(ways).map(|(p, q)| starts[q] + place(p, q));
-        let (rest, back) = (rest.collect(), back.collect());
-        Ok(Self { starts, ends, back, rest, weights, loose })
+        Ok(())
     }
 
-    /// The bonds of a point.
+    /// Copies the weight of each bond's other end.
+    fn look_back(&mut self) {
+        let graph = &*self;
+        let weight = |p: usize, group: usize, lane: usize| {
+            let slot = BondSlot { group, lane, end: graph.ends[group].0[lane] as usize };
+            match slot.of(&graph.weights) > 0.0 {
+                true => graph.back(p, slot).of(&graph.weights),
+                false => 0.0,
+            }
+        };
+        let row = |p: usize| {
+            let group = move |group| Lanes(std::array::from_fn(|lane| weight(p, group, lane)));
+            graph.groups(p).map(group)
+        };
+        let found = (0..graph.counts.len()).into_par_iter().flat_map_iter(row);
+        self.back_weights = found.collect();
+    }
+
+    /// The same bond from its other end.
+    ///
+    /// # Panics
+    ///
+    /// If the bond is none of the point's.
     #[must_use]
-    pub fn of(&self, point: usize) -> std::ops::Range<usize> {
+    pub fn back(&self, point: usize, bond: BondSlot) -> BondSlot {
+        let first = self.starts[bond.end] as usize;
+        let end = |k: usize| self.ends[first + k / LANES].0[k % LANES] as usize;
+        let (mut low, mut high) = (0, self.counts[bond.end] as usize);
+        while low < high {
+            let middle = (low + high) / 2;
+            if end(middle) < point { low = middle + 1 } else { high = middle }
+        }
+        assert_eq!(end(low), point, "a bond of this point");
+        BondSlot { group: first + low / LANES, lane: low % LANES, end: point }
+    }
+
+    /// The groups of a point.
+    #[must_use]
+    #[inline(always)]
+    pub fn groups(&self, point: usize) -> std::ops::Range<usize> {
         self.starts[point] as usize..self.starts[point + 1] as usize
     }
-}
 
-/// The points within `horizon` of each, ascending.
-fn neighbours(places: &[Vec3], horizon: f64) -> Result<Vec<Vec<u32>>, BondError> {
-    let low = places.iter().fold(Vec3::repeat(f64::INFINITY), |low, x| low.inf(x));
-    // What is farther than any cell is counted in the last: distances decide.
-    let cell = |x: &Vec3| (x - low).map(|d| (d / horizon).min(1e15) as i64);
-    let key = |c: &nalgebra::Vector3<i64>| [c.x, c.y, c.z];
-    let mut order: Vec<([i64; 3], u32)> =
-        places.iter().enumerate().map(|(p, x)| (key(&cell(x)), p as u32)).collect();
-    order.sort_unstable();
-    let near = |point: usize| -> Vec<u32> {
-        let (x, at) = (&places[point], cell(&places[point]));
-        let mut found = Vec::new();
-        for step in 0..9 {
-            let (i, j) = (at.x + step / 3 - 1, at.y + step % 3 - 1);
-            let first = order.partition_point(|entry| entry.0 < [i, j, at.z - 1]);
-            let column = order[first..].iter().take_while(|entry| entry.0 <= [i, j, at.z + 1]);
-            let reached = |q: &u32| {
-                *q as usize != point
-                    && (places[*q as usize] - x).norm_squared() <= horizon * horizon
-            };
-            found.extend(column.map(|entry| entry.1).filter(reached));
-        }
-        found.sort_unstable();
-        found
-    };
-    let all: Vec<Vec<u32>> = (0..places.len()).into_par_iter().map(near).collect();
-    let bonds = all.iter().map(Vec::len).sum();
-    if bonds > MOST_BONDS {
-        return Err(BondError::TooMany { bonds, horizon });
+    /// The bonds of a point, by ascending other ends.
+    pub fn of(&self, point: usize) -> impl Iterator<Item = BondSlot> {
+        let first = self.starts[point] as usize;
+        (0..self.counts[point] as usize).map(move |k| {
+            let (group, lane) = (first + k / LANES, k % LANES);
+            BondSlot { group, lane, end: self.ends[group].0[lane] as usize }
+        })
     }
-    Ok(all)
+
+    /// Σw of a point over the mean volume, with the bits that the kernel has.
+    pub(crate) fn total(&self, point: usize) -> f32 {
+        let level = SimdLevel::portable().level();
+        dispatch!(level, simd => {
+            let zero = f32x16::splat(simd, 0.0);
+            let weights = self.weights[self.groups(point)].iter();
+            let sum = weights.fold(zero, |sum, w| sum + f32x16::from_slice(simd, &w.0));
+            sum_lanes(simd, sum)
+        })
+    }
+
+    /// Bonds of all points, each counted at both of its ends.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.counts.iter().map(|&n| u64::from(n)).sum()
+    }
 }
 
 #[cfg(test)]
@@ -185,14 +290,28 @@ mod tests {
         let graph = BondGraph::new(&places, &vec![1.0; places.len()], 2.3).unwrap();
         for p in 0..places.len() {
             let near = |q: &usize| *q != p && (places[*q] - places[p]).norm() <= 2.3;
-            let wanted: Vec<u32> = (0..places.len()).filter(near).map(|q| q as u32).collect();
-            assert_eq!(&graph.ends[graph.of(p)], &wanted[..]);
+            let wanted: Vec<usize> = (0..places.len()).filter(near).collect();
+            let found: Vec<usize> = graph.of(p).map(|bond| bond.end).collect();
+            assert_eq!(found, wanted);
             for bond in graph.of(p) {
-                let back = graph.back[bond] as usize;
-                assert_eq!(graph.ends[back] as usize, p);
-                assert!(graph.of(graph.ends[bond] as usize).contains(&back));
+                let back = graph.back(p, bond);
+                assert_eq!(back.end, p);
+                assert!(graph.of(bond.end).any(|other| other == back));
+                assert_eq!(back.of(&graph.back_weights), bond.of(&graph.weights));
             }
+            let all: f32 = graph.groups(p).flat_map(|g| graph.weights[g].0).sum();
+            assert!((all - 1.0).abs() < 1e-6, "{all}");
         }
+    }
+
+    /// Lists that do not fit are refused before there are any.
+    #[test]
+    fn too_many_bonds_are_refused_in_words() {
+        let places = lattice(30);
+        let refused = BondGraph::new(&places, &vec![1.0; places.len()], 60.0).err();
+        assert!(matches!(refused, Some(BondError::TooMany { bonds: 729_216_000, .. })));
+        let words = refused.map(|why| why.to_string()).unwrap_or_default();
+        assert!(words.contains("17501 MB") && words.contains("4294 MB"), "{words}");
     }
 
     #[test]

@@ -1,15 +1,19 @@
 //! A body of points and bonds, and its steps in time.
 
-use crate::bonds::{BondError, BondGraph};
-use crate::law::{BondBreaking, PeridynamicLaw};
-use cullet_geometry::{Mat3, Vec3};
+mod strain;
+mod sums;
+
+use crate::bonds::{BondError, BondGraph, BondSlot};
+use crate::law::PeridynamicLaw;
+use cullet_geometry::Vec3;
+use cullet_simd::{LANES, Lanes, PackedRecord, SimdLevel};
+use nalgebra::Rotation3;
 use rayon::prelude::*;
+pub use strain::BondTally;
+pub use sums::BodySum;
 
 /// Share of the bound on the step that is taken.
 const SAFETY: f64 = 0.7;
-
-/// Points whose bonds are looked at together.
-const BLOCK: usize = 256;
 
 /// A body in the middle of its motion.
 #[derive(Clone, Debug)]
@@ -30,12 +34,24 @@ pub struct PeridynamicDomain {
     pub states: Vec<MaterialPoint>,
     /// s_c of a bond between points whose bonds are whole; infinite where nothing breaks \[1\].
     pub critical: f64,
-    /// What is left of each bond, k \[1\].
-    pub left: Vec<f64>,
-    /// e_p of each bond \[1\].
-    flowed: Vec<f64>,
-    /// V ∂W/∂q of each bond \[J\].
-    pulls: Vec<f64>,
+    /// Instructions of the processor that it is worked out with.
+    pub level: SimdLevel,
+    /// δ \[m\].
+    horizon: f64,
+    /// Mean of `volumes` \[m³\].
+    mean_volume: f64,
+    /// Places at rest, about their mean \[m\].
+    reference: Vec<Vec3>,
+    /// How the body is turned.
+    turn: Rotation3<f64>,
+    /// Σw of each point over the mean volume, as the kernel sums it up \[1\].
+    totals: Vec<f32>,
+    /// What the kernel reads of each point.
+    records: Vec<PackedRecord>,
+    /// k of each bond; empty while all are whole and nothing may break \[1\].
+    left: Vec<Lanes<f32>>,
+    /// e_p of each bond, then the other end's; empty where nothing may flow \[1\].
+    flowed: [Vec<Lanes<f32>>; 2],
 }
 
 /// What a point carries.
@@ -51,84 +67,108 @@ pub struct MaterialPoint {
     pub damage: f64,
 }
 
-/// What the bonds of a step did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BondTally {
-    /// Energy that flow took \[J\].
-    pub plastic: f64,
-    /// Energy that breaking took \[J\]; less than it should be, even negative, where bonds are
-    /// drawn from pressed to broken in one step.
-    pub broken: f64,
-    /// Points that flowed.
-    pub yielding: usize,
-}
-
-/// Sums over a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BodySum {
-    /// \[J\].
-    pub kinetic: f64,
-    /// \[J\].
-    pub elastic: f64,
-    /// \[kg m/s\].
-    pub momentum: Vec3,
-    /// About the origin \[kg m²/s\].
-    pub angular: Vec3,
-}
-
-/// Some points and their bonds.
-struct BondBlock<'a> {
-    /// The first point.
-    first: usize,
-    states: &'a mut [MaterialPoint],
-    left: &'a [f64],
-    flowed: &'a mut [f64],
-    pulls: &'a mut [f64],
-}
-
 impl PeridynamicDomain {
-    /// Points at rest, those within `horizon` \[m\] of each other bonded.
+    /// Points at rest, those within `horizon` \[m\] of each other bonded. Places are rounded to
+    /// f32 in horizons about the middle of the body. Points whose numbers are near should be near:
+    /// the kernel reads neighbours from where they lie.
     ///
     /// # Errors
     ///
-    /// If they cannot be bonded.
+    /// If they cannot be bonded, or a number of the law does not hold.
     pub fn new(
         places: Vec<Vec3>,
         volumes: Vec<f64>,
         horizon: f64,
         law: PeridynamicLaw,
     ) -> Result<Self, BondError> {
+        law.check()?;
+        let (low, high) = places
+            .iter()
+            .fold((places.first().copied().unwrap_or_default(), Vec3::repeat(f64::MIN)), |b, x| {
+                (b.0.inf(x), b.1.sup(x))
+            });
+        let middle = 0.5 * (low + high);
+        let packed = |x: &Vec3| ((x - middle) / horizon).map(|c| c as f32);
+        let records: Vec<PackedRecord> = places
+            .iter()
+            .map(packed)
+            .map(|x| PackedRecord([x.x, x.y, x.z, 0.0, 0.0, 0.0, 0.0, 0.0]))
+            .collect();
+        let rounded = |x: &Vec3| packed(x).map(f64::from) * horizon;
+        let about: Vec<Vec3> = places.iter().map(rounded).collect();
+        let places: Vec<Vec3> = about.iter().map(|x| x + middle).collect();
         let bonds = BondGraph::new(&places, &volumes, horizon)?;
-        let (points, number) = (places.len(), bonds.ends.len());
-        let reach = bonds.weights.iter().zip(&bonds.rest).map(|(w, l)| w * l).sum::<f64>();
-        let reach = reach / points as f64;
-        let critical = law
-            .breaking
-            .map_or(f64::INFINITY, |how| how.critical_stretch(law.bulk, law.shear, reach));
-        Ok(Self {
+        let points = places.len();
+        let mean = about.iter().sum::<Vec3>() / points as f64;
+        let mut body = Self {
             law,
-            bonds,
             volumes,
-            places,
             velocities: vec![Vec3::zeros(); points],
             forces: vec![Vec3::zeros(); points],
             states: vec![MaterialPoint::default(); points],
-            critical,
-            left: vec![1.0; number],
-            flowed: vec![0.0; number],
-            pulls: vec![0.0; number],
-        })
+            critical: f64::INFINITY,
+            level: SimdLevel::best(),
+            horizon,
+            mean_volume: 0.0,
+            reference: about.iter().map(|x| x - mean).collect(),
+            turn: Rotation3::identity(),
+            totals: (0..points).map(|p| bonds.total(p)).collect(),
+            records,
+            left: Vec::new(),
+            flowed: [Vec::new(), Vec::new()],
+            places,
+            bonds,
+        };
+        body.mean_volume = body.volumes.iter().sum::<f64>() / points as f64;
+        if let Some(how) = law.breaking {
+            body.critical = how.critical_stretch(law.bulk, law.shear, body.reach());
+        }
+        Ok(body)
+    }
+
+    /// Mean of Σwl₀ \[m\].
+    fn reach(&self) -> f64 {
+        let of = |p: usize| {
+            let bonds = self.bonds.of(p);
+            let sum: f64 =
+                bonds.map(|b| f64::from(b.of(&self.bonds.weights)) * self.rest(p, b)).sum();
+            sum / f64::from(self.totals[p])
+        };
+        (0..self.places.len()).map(of).sum::<f64>() / self.places.len() as f64
+    }
+
+    /// l₀ of a bond of a point \[m\].
+    #[must_use]
+    pub fn rest(&self, point: usize, bond: BondSlot) -> f64 {
+        (self.reference[bond.end] - self.reference[point]).norm()
+    }
+
+    /// What is left of a bond, k \[1\].
+    #[must_use]
+    pub fn left(&self, bond: BondSlot) -> f64 {
+        if self.left.is_empty() { 1.0 } else { f64::from(bond.of(&self.left)) }
     }
 
     /// Cuts the bonds between places \[m\] that `cuts` says: a notch. Both ends must say the same.
     pub fn sever(&mut self, cuts: impl Fn(&Vec3, &Vec3) -> bool) {
+        self.make_room(true, false);
         for p in 0..self.places.len() {
-            for b in self.bonds.of(p) {
-                let other = &self.places[self.bonds.ends[b] as usize];
-                if cuts(&self.places[p], other) {
-                    self.left[b] = 0.0;
+            for bond in self.bonds.of(p) {
+                if cuts(&self.places[p], &self.places[bond.end]) {
+                    self.left[bond.group].0[bond.lane] = 0.0;
                 }
             }
+        }
+    }
+
+    /// Makes the lists that bonds which break or flow need.
+    fn make_room(&mut self, breaks: bool, flows: bool) {
+        let groups = self.bonds.ends.len();
+        if breaks && self.left.is_empty() {
+            self.left = vec![Lanes([1.0; LANES]); groups];
+        }
+        if flows && self.flowed[0].is_empty() {
+            self.flowed = [0, 1].map(|_| vec![Lanes([0.0; LANES]); groups]);
         }
     }
 
@@ -143,83 +183,15 @@ impl PeridynamicDomain {
     /// ½ max(9K, 15μ) Σwkq², whatever has broken.
     #[must_use]
     pub fn stable_step(&self) -> f64 {
-        let bonds = &self.bonds;
         let stiffness = (9.0 * self.law.bulk).max(15.0 * self.law.shear);
-        let stretch = |b: usize| bonds.weights[b] / (bonds.rest[b] * bonds.rest[b]);
-        let fastest = (0..self.places.len()).map(|p| {
-            let both = |b: usize| {
-                let (q, back) = (bonds.ends[b] as usize, bonds.back[b] as usize);
-                self.volumes[p] * stretch(b) + self.volumes[q] * stretch(back)
-            };
-            2.0 * stiffness * bonds.of(p).map(both).sum::<f64>() / self.mass(p)
-        });
-        SAFETY * 2.0 / fastest.fold(0.0, f64::max).sqrt()
-    }
-
-    /// Softens bonds by their elastic stretch, the mean of both ends'; what was left of each before
-    /// is kept in `pulls` until they are strained.
-    fn soften(&mut self, breaking: &BondBreaking) {
-        let bonds = &self.bonds;
-        let (places, states, flowed) = (&self.places, &self.states, &self.flowed);
-        self.pulls.copy_from_slice(&self.left);
-        let critical = self.critical;
-        let change = |p: usize| {
-            bonds.of(p).map(move |b| {
-                let (q, back) = (bonds.ends[b] as usize, bonds.back[b] as usize);
-                let stretch = (places[q] - places[p]).norm() / bonds.rest[b] - 1.0;
-                let elastic = stretch - 0.5 * (flowed[b] + flowed[back]);
-                let damage = 0.5 * (states[p].damage + states[q].damage);
-                breaking.left(elastic, critical * (1.0 + breaking.dust * damage))
-            })
+        let both = |p: usize, b: BondSlot| {
+            let weights = b.of(&self.bonds.weights) + b.of(&self.bonds.back_weights);
+            f64::from(weights) * self.mean_volume / self.rest(p, b).powi(2)
         };
-        let found: Vec<f64> = (0..places.len()).into_par_iter().flat_map_iter(change).collect();
-        self.left.iter_mut().zip(found).for_each(|(left, now)| *left = left.min(now));
-    }
-
-    /// Softens and strains the bonds, lets points flow, and finds the forces.
-    pub fn strain(&mut self) -> BondTally {
-        self.strain_after(0.0)
-    }
-
-    /// The same after a step of `dt` \[s\] with the velocities as they are.
-    fn strain_after(&mut self, dt: f64) -> BondTally {
-        match self.law.breaking {
-            Some(breaking) => self.soften(&breaking),
-            None => self.pulls.copy_from_slice(&self.left),
-        }
-        let tallies: Vec<BondTally> = {
-            let (law, bonds) = (self.law, &self.bonds);
-            let (places, volumes) = (&self.places, &self.volumes);
-            let mut blocks = Vec::new();
-            let (mut flowed, mut pulls) = (&mut self.flowed[..], &mut self.pulls[..]);
-            let mut left = &self.left[..];
-            for (k, states) in self.states.chunks_mut(BLOCK).enumerate() {
-                let first = k * BLOCK;
-                let number = bonds.of(first + states.len() - 1).end - bonds.of(first).start;
-                let (some, rest) = flowed.split_at_mut(number);
-                let (pull, others) = pulls.split_at_mut(number);
-                let (own, after) = left.split_at(number);
-                (flowed, pulls, left) = (rest, others, after);
-                blocks.push(BondBlock { first, states, left: own, flowed: some, pulls: pull });
-            }
-            let moved = Moved { places, velocities: &self.velocities, dt };
-            let step = |block: BondBlock<'_>| block.strain(&law, bonds, &moved, volumes);
-            blocks.into_par_iter().map(step).collect()
-        };
-        let bonds = &self.bonds;
-        let force = |p: usize| {
-            bonds.of(p).fold(Vec3::zeros(), |force, b| {
-                let along = self.places[bonds.ends[b] as usize] - self.places[p];
-                let both = self.pulls[b] + self.pulls[bonds.back[b] as usize];
-                force + along * (both / (bonds.rest[b] * along.norm()))
-            })
-        };
-        self.forces = (0..self.places.len()).into_par_iter().map(force).collect();
-        tallies.into_iter().fold(BondTally::default(), |sum, more| BondTally {
-            plastic: sum.plastic + more.plastic,
-            broken: sum.broken + more.broken,
-            yielding: sum.yielding + more.yielding,
-        })
+        let fastest = (0..self.places.len())
+            .map(|p| self.bonds.of(p).map(|b| both(p, b)).sum::<f64>() / self.mass(p))
+            .fold(0.0, f64::max);
+        SAFETY * 2.0 / (2.0 * stiffness * fastest).sqrt()
     }
 
     /// A step of `dt` \[s\] by central differences; `hold` has the last word on velocities. Forces
@@ -234,114 +206,4 @@ impl PeridynamicDomain {
         both.enumerate().for_each(move_on);
         self.strain_after(dt)
     }
-
-    /// Cauchy's stress at a point for small strains, Σw (∂W/∂q/w) n⊗n \[Pa\].
-    #[must_use]
-    pub fn stress(&self, point: usize) -> Mat3 {
-        self.bonds.of(point).fold(Mat3::zeros(), |sum, b| {
-            let along = self.places[self.bonds.ends[b] as usize] - self.places[point];
-            let n = along / along.norm();
-            sum + n * n.transpose() * (self.pulls[b] / self.volumes[point])
-        })
-    }
-
-    /// Sums over the body.
-    #[must_use]
-    pub fn sums(&self) -> BodySum {
-        let mut sum = BodySum::default();
-        for (p, state) in self.states.iter().enumerate() {
-            let (mass, v) = (self.mass(p), self.velocities[p]);
-            sum.kinetic += 0.5 * mass * v.norm_squared();
-            sum.elastic +=
-                self.volumes[p] * self.law.energy(1.0 - state.damage, state.mean, state.deviation);
-            sum.momentum += v * mass;
-            sum.angular += self.places[p].cross(&v) * mass;
-        }
-        sum
-    }
-}
-
-impl BondBlock<'_> {
-    fn strain(
-        self,
-        law: &PeridynamicLaw,
-        bonds: &BondGraph,
-        moved: &Moved<'_>,
-        volumes: &[f64],
-    ) -> BondTally {
-        let Self { first, states, left, flowed, pulls } = self;
-        let origin = bonds.of(first).start;
-        let mut tally = BondTally::default();
-        let (mut extensions, mut earlier) = (Vec::new(), Vec::new());
-        for (k, state) in states.iter_mut().enumerate() {
-            let (point, range) = (first + k, bonds.of(first + k));
-            let weights = &bonds.weights[range.clone()];
-            let own = range.start - origin..range.end - origin;
-            let (flowed, pulls) = (&mut flowed[own.clone()], &mut pulls[own.clone()]);
-            extensions.clear();
-            let elastic = |(b, flowed): (usize, &f64)| {
-                let (one, two) = moved.lengths(point, bonds.ends[b] as usize);
-                [one, two].map(|length| length / bonds.rest[b] - 1.0 - flowed)
-            };
-            extensions.extend(range.clone().zip(&*flowed).map(|bond| elastic(bond)[1]));
-            let left = &left[own];
-            let (whole, mean, mut deviation) = sums(weights, left, &extensions, &extensions);
-            if pulls[..] != left[..] {
-                earlier.clear();
-                earlier.extend(range.zip(&*flowed).map(|bond| elastic(bond)[0]));
-                let energy = |left: &[f64]| {
-                    let (whole, mean, product) = sums(weights, left, &earlier, &extensions);
-                    let other = sums(weights, left, &extensions, &extensions).1;
-                    law.energy(whole, 1.0, 0.0) * mean * other + law.energy(0.0, 0.0, product)
-                };
-                // Central differences take the energy of what was and what is, not of either.
-                tally.broken += volumes[point] * (energy(pulls) - energy(left));
-            }
-            let mut shrink = 1.0;
-            let effective = if whole > 0.0 { deviation / whole } else { 0.0 };
-            if let Some(yielded) = law.yields(effective, state.plastic) {
-                shrink = yielded.left;
-                deviation *= shrink * shrink;
-                state.plastic += yielded.strain;
-                tally.plastic += volumes[point] * whole * yielded.work;
-                tally.yielding += 1;
-            }
-            for (b, pull) in pulls.iter_mut().enumerate() {
-                let z = extensions[b] - mean;
-                flowed[b] += (1.0 - shrink) * z;
-                *pull = volumes[point] * weights[b] * left[b] * law.pull(mean, shrink * z);
-            }
-            (state.mean, state.deviation, state.damage) = (mean, deviation, 1.0 - whole);
-        }
-        tally
-    }
-}
-
-/// Where points are, and how they came there.
-struct Moved<'a> {
-    places: &'a [Vec3],
-    velocities: &'a [Vec3],
-    dt: f64,
-}
-
-impl Moved<'_> {
-    /// How far two points were from each other before the last step, and are.
-    fn lengths(&self, one: usize, two: usize) -> (f64, f64) {
-        let apart = self.places[two] - self.places[one];
-        let before = apart - (self.velocities[two] - self.velocities[one]) * self.dt;
-        (before.norm(), apart.norm())
-    }
-}
-
-/// Of a point's bonds with the extensions x and y: Σwk, x̄ = Σwkx/Σwk, and Σwk(x − x̄)(y − ȳ).
-fn sums(weights: &[f64], left: &[f64], x: &[f64], y: &[f64]) -> (f64, f64, f64) {
-    let share = || weights.iter().zip(left).map(|(w, k)| w * k);
-    let whole: f64 = share().sum();
-    if whole <= 0.0 {
-        return (0.0, 0.0, 0.0);
-    }
-    let mean = |x: &[f64]| share().zip(x).map(|(s, x)| s * x).sum::<f64>() / whole;
-    let (one, two) = (mean(x), mean(y));
-    let product = share().zip(x.iter().zip(y)).map(|(s, (x, y))| s * (x - one) * (y - two));
-    (whole, one, product.sum())
 }

@@ -1,5 +1,6 @@
 //! What a point bears: Hooke's law and von Mises' yield on its bonds together.
 
+use crate::bonds::{BondError, positive};
 use cullet_model::Hardening;
 
 /// Steps of Newton's method, and share of the yield stress at which it has ended.
@@ -76,6 +77,17 @@ impl PeridynamicLaw {
             hardening: None,
             breaking: None,
         }
+    }
+
+    /// That its numbers hold.
+    ///
+    /// # Errors
+    ///
+    /// If one does not.
+    pub(crate) fn check(&self) -> Result<(), BondError> {
+        positive("the density [kg/m^3]", self.density)?;
+        positive("the bulk modulus [Pa]", self.bulk)?;
+        positive("the shear modulus [Pa]", self.shear)
     }
 
     /// σ_eq = μ√(45 Σwz²) \[Pa\].

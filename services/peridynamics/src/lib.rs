@@ -20,6 +20,8 @@
 
 pub mod bonds;
 pub mod domain;
+mod frame;
+mod kernel;
 pub mod law;
 
 pub use bonds::BondGraph;

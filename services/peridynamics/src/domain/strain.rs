@@ -1,0 +1,242 @@
+//! Both passes over the bonds of a body.
+
+use super::{MaterialPoint, PeridynamicDomain};
+use crate::bonds::BondSlot;
+use crate::frame::CorotatedFrame;
+use crate::kernel::{PullBlock, PullModuli, PullPass, StretchPass};
+use cullet_simd::Lanes;
+use fearless_simd::{Simd, dispatch};
+use rayon::prelude::*;
+
+/// Points whose bonds are looked at together.
+const BLOCK: usize = 256;
+
+/// A displacement over the horizon that is none: squares of less would be subnormal in f32.
+const STILL: f64 = 1e-12;
+
+/// What the bonds of a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BondTally {
+    /// Energy that flow took \[J\].
+    pub plastic: f64,
+    /// Energy that breaking took \[J\]; less than it should be, even negative, where bonds are
+    /// drawn from pressed to broken in one step.
+    pub broken: f64,
+    /// Points that flowed.
+    pub yielding: usize,
+}
+
+/// Some points in a row, and what the first pass writes of them.
+struct StrainBlock<'a> {
+    /// The first of them.
+    first: usize,
+    states: &'a mut [MaterialPoint],
+    left: &'a mut [Lanes<f32>],
+    /// Mean extension, and what yielding left of z.
+    responses: &'a mut [[f32; 2]],
+}
+
+impl BondTally {
+    /// Both together.
+    #[must_use]
+    pub fn plus(self, more: Self) -> Self {
+        Self {
+            plastic: self.plastic + more.plastic,
+            broken: self.broken + more.broken,
+            yielding: self.yielding + more.yielding,
+        }
+    }
+}
+
+impl PeridynamicDomain {
+    /// Softens and strains the bonds, lets points flow, and finds the forces.
+    pub fn strain(&mut self) -> BondTally {
+        self.strain_after(0.0)
+    }
+
+    /// The same after a step of `dt` \[s\] with the velocities as they are.
+    pub(super) fn strain_after(&mut self, dt: f64) -> BondTally {
+        self.make_room(self.law.breaking.is_some(), self.law.hardening.is_some());
+        let frame = CorotatedFrame::of(&self.places, &self.reference, &self.turn);
+        self.turn = frame.turn;
+        self.pack(&frame);
+        let mut responses = vec![[0.0; 2]; self.places.len()];
+        let tally = self.stretch(dt, &mut responses);
+        let both = self.records.par_iter_mut().zip(&responses);
+        both.for_each(|(record, response)| [record.0[3], record.0[7]] = *response);
+        self.pull();
+        let scale = self.mean_volume / self.horizon;
+        self.forces.par_iter_mut().for_each(|force| *force = frame.turn * (*force * scale));
+        tally
+    }
+
+    /// Writes displacements and damage to the records.
+    fn pack(&mut self, frame: &CorotatedFrame) {
+        let (back, horizon) = (frame.turn.inverse(), self.horizon);
+        let points = self.places.par_iter().zip(&self.reference).zip(&self.states);
+        self.records.par_iter_mut().zip(points).for_each(|(record, ((x, at), state))| {
+            let moved = (back * (x - frame.centre) - at) / horizon;
+            for (packed, u) in record.0[4..7].iter_mut().zip(moved.iter()) {
+                *packed = if u.abs() < STILL { 0.0 } else { *u as f32 };
+            }
+            record.0[7] = state.damage as f32;
+        });
+    }
+
+    /// The first pass.
+    fn stretch(&mut self, dt: f64, responses: &mut [[f32; 2]]) -> BondTally {
+        let mut states = std::mem::take(&mut self.states);
+        let mut left = std::mem::take(&mut self.left);
+        let mut blocks = Vec::new();
+        let mut rest = &mut left[..];
+        let points = states.chunks_mut(BLOCK).zip(responses.chunks_mut(BLOCK));
+        for (k, (states, responses)) in points.enumerate() {
+            let first = k * BLOCK;
+            let (own, after) = split(rest, self.groups(first, states.len()));
+            rest = after;
+            blocks.push(StrainBlock { first, states, left: own, responses });
+        }
+        let (body, level) = (&*self, self.level.level());
+        let pass = StretchPass {
+            bonds: &body.bonds,
+            records: &body.records,
+            flowed: [&body.flowed[0], &body.flowed[1]],
+            breaking: body.law.breaking.map(|how| (how, body.critical)),
+        };
+        let tallies: Vec<BondTally> = blocks
+            .into_par_iter()
+            .map_init(Vec::new, |before, block| {
+                dispatch!(level, simd => body.stretch_block(simd, &pass, dt, block, before))
+            })
+            .collect();
+        (self.states, self.left) = (states, left);
+        tallies.into_iter().fold(BondTally::default(), BondTally::plus)
+    }
+
+    /// The first pass over some points in a row.
+    #[inline(always)]
+    fn stretch_block<S: Simd>(
+        &self,
+        simd: S,
+        pass: &StretchPass<'_>,
+        dt: f64,
+        block: StrainBlock<'_>,
+        before: &mut Vec<(BondSlot, f32)>,
+    ) -> BondTally {
+        let StrainBlock { first, states, left, responses } = block;
+        let origin = self.bonds.groups(first).start;
+        let mut tally = BondTally::default();
+        for (k, (state, response)) in states.iter_mut().zip(responses).enumerate() {
+            let point = first + k;
+            let own = match left.is_empty() {
+                true => &mut [],
+                false => {
+                    let groups = self.bonds.groups(point);
+                    &mut left[groups.start - origin..groups.end - origin]
+                }
+            };
+            before.clear();
+            let sums = pass.point(simd, point, state.mean as f32, own, before);
+            if !before.is_empty() {
+                tally.broken += self.softened(point, own, before, dt);
+            }
+            let whole = f64::from(sums.whole) / f64::from(self.totals[point]);
+            let mut shrink = 1.0;
+            if let Some(yielded) = self.law.yields(f64::from(sums.deviation), state.plastic) {
+                shrink = yielded.left as f32;
+                state.plastic += yielded.strain;
+                tally.plastic += self.volumes[point] * whole * yielded.work;
+                tally.yielding += 1;
+            }
+            let left = f64::from(shrink) * f64::from(shrink);
+            state.deviation = whole * left * f64::from(sums.deviation);
+            (state.mean, state.damage) = (f64::from(sums.mean), 1.0 - whole);
+            *response = [sums.mean, shrink];
+        }
+        tally
+    }
+
+    /// Energy that the bonds of a point lost which had the `before` left and have `left` now \[J\].
+    /// Central differences take the energy of what was and what is, not of either.
+    #[inline(never)]
+    fn softened(
+        &self,
+        point: usize,
+        left: &[Lanes<f32>],
+        before: &[(BondSlot, f32)],
+        dt: f64,
+    ) -> f64 {
+        let origin = self.bonds.groups(point).start;
+        let bonds: Vec<SoftenedBond> = self
+            .bonds
+            .of(point)
+            .map(|b| {
+                let apart = self.places[b.end] - self.places[point];
+                let came = (self.velocities[b.end] - self.velocities[point]) * dt;
+                let extension = |along| self.elastic_extension(point, b, along);
+                let now = left[b.group - origin].0[b.lane];
+                let old = before.iter().find(|(other, _)| *other == b).map_or(now, |old| old.1);
+                let weight = self.weight(point, b);
+                let weights = [old, now].map(|left| weight * f64::from(left));
+                SoftenedBond { weights, extensions: [extension(apart - came), extension(apart)] }
+            })
+            .collect();
+        let energy = |k: usize| {
+            let sum = |of: &dyn Fn(&SoftenedBond) -> f64| {
+                bonds.iter().map(|bond| bond.weights[k] * of(bond)).sum::<f64>()
+            };
+            let whole = sum(&|_| 1.0);
+            if whole <= 0.0 {
+                return 0.0;
+            }
+            let [one, two] = [0, 1].map(|when| sum(&|bond| bond.extensions[when]) / whole);
+            let product = sum(&|bond| (bond.extensions[0] - one) * (bond.extensions[1] - two));
+            self.law.energy(whole, 1.0, 0.0) * one * two + self.law.energy(0.0, 0.0, product)
+        };
+        self.volumes[point] * (energy(0) - energy(1))
+    }
+
+    /// The second pass.
+    fn pull(&mut self) {
+        let mut forces = std::mem::take(&mut self.forces);
+        let mut flowed = std::mem::take(&mut self.flowed);
+        let [own, back] = &mut flowed;
+        let (mut own, mut back) = (&mut own[..], &mut back[..]);
+        let mut blocks = Vec::new();
+        for (k, forces) in forces.chunks_mut(BLOCK).enumerate() {
+            let first = k * BLOCK;
+            let groups = self.groups(first, forces.len());
+            let (one, other) = (split(own, groups), split(back, groups));
+            (own, back) = (one.1, other.1);
+            blocks.push(PullBlock { first, forces, flowed: [one.0, other.0] });
+        }
+        let pass = PullPass {
+            bonds: &self.bonds,
+            records: &self.records,
+            moduli: PullModuli::of(&self.law),
+            left: &self.left,
+        };
+        let level = self.level.level();
+        blocks.into_par_iter().for_each(|block| dispatch!(level, simd => pass.run(simd, block)));
+        (self.forces, self.flowed) = (forces, flowed);
+    }
+
+    /// Groups of `number` points from `first`.
+    fn groups(&self, first: usize, number: usize) -> usize {
+        self.bonds.groups(first + number - 1).end - self.bonds.groups(first).start
+    }
+}
+
+/// A bond of a point where some have softened.
+struct SoftenedBond {
+    /// wk before and now \[1\].
+    weights: [f64; 2],
+    /// q − e_p a step before and now \[1\].
+    extensions: [f64; 2],
+}
+
+/// The first `number` of a list, which may be empty instead, and the others.
+fn split<T>(list: &mut [T], number: usize) -> (&mut [T], &mut [T]) {
+    let number = number.min(list.len());
+    list.split_at_mut(number)
+}

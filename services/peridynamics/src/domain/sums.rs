@@ -1,0 +1,60 @@
+//! Sums over a body, and its stress.
+
+use super::PeridynamicDomain;
+use crate::bonds::BondSlot;
+use cullet_geometry::{Mat3, Vec3};
+
+/// Sums over a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodySum {
+    /// \[J\].
+    pub kinetic: f64,
+    /// \[J\].
+    pub elastic: f64,
+    /// \[kg m/s\].
+    pub momentum: Vec3,
+    /// About the origin \[kg m²/s\].
+    pub angular: Vec3,
+}
+
+impl PeridynamicDomain {
+    /// Sums over the body.
+    #[must_use]
+    pub fn sums(&self) -> BodySum {
+        let mut sum = BodySum::default();
+        for (p, state) in self.states.iter().enumerate() {
+            let (mass, v) = (self.mass(p), self.velocities[p]);
+            sum.kinetic += 0.5 * mass * v.norm_squared();
+            sum.elastic +=
+                self.volumes[p] * self.law.energy(1.0 - state.damage, state.mean, state.deviation);
+            sum.momentum += v * mass;
+            sum.angular += self.places[p].cross(&v) * mass;
+        }
+        sum
+    }
+
+    /// Cauchy's stress at a point for small strains, Σw (∂W/∂q/w) n⊗n \[Pa\].
+    #[must_use]
+    pub fn stress(&self, point: usize) -> Mat3 {
+        let state = &self.states[point];
+        self.bonds.of(point).fold(Mat3::zeros(), |sum, b| {
+            let along = self.places[b.end] - self.places[point];
+            let z = self.elastic_extension(point, b, along) - state.mean;
+            let n = along / along.norm();
+            sum + n
+                * n.transpose()
+                * (self.weight(point, b) * self.left(b) * self.law.pull(state.mean, z))
+        })
+    }
+
+    /// w of a bond \[1\].
+    pub(super) fn weight(&self, point: usize, bond: BondSlot) -> f64 {
+        f64::from(bond.of(&self.bonds.weights)) / f64::from(self.totals[point])
+    }
+
+    /// q − e_p of a bond that is `along` \[m\] now \[1\].
+    pub(super) fn elastic_extension(&self, point: usize, bond: BondSlot, along: Vec3) -> f64 {
+        let flowed = if self.flowed[0].is_empty() { 0.0 } else { bond.of(&self.flowed[0]) };
+        along.norm() / self.rest(point, bond) - 1.0 - f64::from(flowed)
+    }
+}

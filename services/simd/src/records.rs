@@ -1,0 +1,198 @@
+//! Records of eight numbers, read from sixteen places at once, and sums over sixteen lanes.
+
+use crate::LANES;
+use fearless_simd::{Bytes, Simd, SimdBase, f32x8, f32x16, u32x16};
+use std::ops::{Add, Mul, Sub};
+
+/// Eight numbers of one element, half a cache line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub struct PackedRecord(pub [f32; 8]);
+
+/// The records of sixteen elements, one register for each of the eight numbers.
+#[inline(always)]
+pub fn gather_records<S: Simd>(
+    simd: S,
+    records: &[PackedRecord],
+    ids: &[u32; LANES],
+) -> [f32x16<S>; 8] {
+    // Without closures, which would not always be inlined where the level's instructions are.
+    let r = [
+        two(simd, records, [ids[0], ids[1]]),
+        two(simd, records, [ids[2], ids[3]]),
+        two(simd, records, [ids[4], ids[5]]),
+        two(simd, records, [ids[6], ids[7]]),
+        two(simd, records, [ids[8], ids[9]]),
+        two(simd, records, [ids[10], ids[11]]),
+        two(simd, records, [ids[12], ids[13]]),
+        two(simd, records, [ids[14], ids[15]]),
+    ];
+    // Each round parts even numbers from odd ones: eight registers of two records become eight
+    // numbers of sixteen.
+    let ([a0, a1], [b0, b1]) = (part(r[0], r[1]), part(r[2], r[3]));
+    let ([c0, c1], [d0, d1]) = (part(r[4], r[5]), part(r[6], r[7]));
+    let ([a04, a26], [b04, b26]) = (part(a0, b0), part(c0, d0));
+    let ([a15, a37], [b15, b37]) = (part(a1, b1), part(c1, d1));
+    let ([f0, f4], [f2, f6]) = (part(a04, b04), part(a26, b26));
+    let ([f1, f5], [f3, f7]) = (part(a15, b15), part(a37, b37));
+    [f0, f1, f2, f3, f4, f5, f6, f7]
+}
+
+#[inline(always)]
+fn two<S: Simd>(simd: S, records: &[PackedRecord], ids: [u32; 2]) -> f32x16<S> {
+    let one = f32x8::from_slice(simd, &records[ids[0] as usize].0);
+    let other = f32x8::from_slice(simd, &records[ids[1] as usize].0);
+    simd.combine_f32x8(one, other)
+}
+
+/// The even lanes of two registers, and the odd ones.
+#[inline(always)]
+fn part<S: Simd>(a: f32x16<S>, b: f32x16<S>) -> [f32x16<S>; 2] {
+    [a.unzip_low(b), a.unzip_high(b)]
+}
+
+/// The sum over all lanes, in an order that does not depend on the width of the registers.
+#[inline(always)]
+pub fn sum_lanes<S: Simd>(simd: S, lanes: f32x16<S>) -> f32 {
+    let (low, high) = simd.split_f32x16(lanes);
+    let (low, high) = simd.split_f32x8(low + high);
+    let four = low + high;
+    (four[0] + four[2]) + (four[1] + four[3])
+}
+
+/// `N` registers of sixteen numbers, worked on in turn so that none waits for its last result.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneRows<S: Simd, const N: usize>(pub [f32x16<S>; N]);
+
+impl<S: Simd, const N: usize> LaneRows<S, N> {
+    /// One number in all lanes.
+    #[inline(always)]
+    pub fn splat(simd: S, value: f32) -> Self {
+        Self([f32x16::splat(simd, value); N])
+    }
+
+    /// The greater of two numbers.
+    #[inline(always)]
+    #[must_use]
+    pub fn max(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.0[k] = self.0[k].max(other.0[k]);
+        }
+        self
+    }
+
+    /// 1/√x of positive numbers, within 2 units in the last place; √ and division of the processor
+    /// take twice as long.
+    #[inline(always)]
+    #[must_use]
+    pub fn reciprocal_root(self, simd: S) -> Self {
+        // A first guess within 3.5 % from the exponent (Lomont 2003); each round of Newton's
+        // method squares the error.
+        let mut root = self;
+        for k in 0..N {
+            let bits = self.0[k].bitcast::<u32x16<S>>();
+            let guess = u32x16::splat(simd, 0x5f37_5a86) - (bits >> 1);
+            root.0[k] = guess.bitcast::<f32x16<S>>();
+        }
+        let half = self * Self::splat(simd, 0.5);
+        for _ in 0..3 {
+            root = root * Self::splat(simd, 1.5) - (half * root) * (root * root);
+        }
+        root
+    }
+}
+
+impl<S: Simd, const N: usize> Add for LaneRows<S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.0[k] += other.0[k];
+        }
+        self
+    }
+}
+
+impl<S: Simd, const N: usize> Sub for LaneRows<S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.0[k] -= other.0[k];
+        }
+        self
+    }
+}
+
+impl<S: Simd, const N: usize> Mul for LaneRows<S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.0[k] *= other.0[k];
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LaneRows, PackedRecord, gather_records, sum_lanes};
+    use crate::{LANES, SimdLevel};
+    use fearless_simd::{SimdBase, dispatch, f32x16};
+
+    #[test]
+    fn records_come_to_their_lanes_on_every_level() {
+        let record = |k: usize| PackedRecord(std::array::from_fn(|c| (8 * k + c) as f32));
+        let records: Vec<PackedRecord> = (0..100).map(record).collect();
+        let ids: [u32; LANES] = std::array::from_fn(|lane| (lane * lane * 7 % 100) as u32);
+        for level in SimdLevel::all() {
+            let found = dispatch!(level.level(), simd => {
+                gather_records(simd, &records, &ids).map(|field| {
+                    let mut lanes = [0.0; LANES];
+                    field.store_slice(&mut lanes);
+                    lanes
+                })
+            });
+            for (c, field) in found.iter().enumerate() {
+                for (lane, value) in field.iter().enumerate() {
+                    assert_eq!(*value, records[ids[lane] as usize].0[c], "{level}: {c}, {lane}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn roots_and_sums_have_the_same_bits_on_every_level() {
+        let some = |k: usize| -> [f32; LANES] {
+            std::array::from_fn(|lane| 1e-12 * power(k * LANES + lane))
+        };
+        for k in 0..100 {
+            let x = some(k);
+            let all = SimdLevel::all().into_iter().map(|level| {
+                dispatch!(level.level(), simd => {
+                    let x = f32x16::from_slice(simd, &x);
+                    let mut roots = [0.0; LANES];
+                    LaneRows([x]).reciprocal_root(simd).0[0].store_slice(&mut roots);
+                    (roots, sum_lanes(simd, x))
+                })
+            });
+            let all: Vec<([f32; LANES], f32)> = all.collect();
+            assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "{all:?}");
+            for (x, root) in x.iter().zip(all[0].0) {
+                let exact = 1.0 / f64::from(*x).sqrt();
+                assert!((f64::from(root) / exact - 1.0).abs() < 2e-7, "{x}: {root}");
+            }
+            let exact: f64 = x.iter().map(|&x| f64::from(x)).sum();
+            assert!((f64::from(all[0].1) / exact - 1.0).abs() < 1e-6);
+        }
+    }
+
+    /// 1.0351^k: sixteen hundred numbers over 24 orders of magnitude.
+    fn power(k: usize) -> f32 {
+        (0..k).fold(1.0_f64, |power, _| power * 1.0351) as f32
+    }
+}
