@@ -4,7 +4,7 @@ mod fit;
 mod neighbours;
 
 use cullet_geometry::Vec3;
-use cullet_simd::{LANES, Lanes, SimdLevel, sum_lanes};
+use cullet_simd::{LANES, Lanes, SimdLevel, WINDOW, sum_lanes};
 use fearless_simd::{SimdBase, dispatch, f32x16};
 use fit::fitted;
 use neighbours::CellOrder;
@@ -16,7 +16,7 @@ const MOST_BYTES: u64 = 4 << 30;
 
 /// Bytes of a bond at each of its ends: the other end, two weights, two plastic extensions and what
 /// is left.
-pub const BOND_BYTES: u64 = 24;
+pub const BOND_BYTES: u64 = 22;
 
 /// Fewest bonds of a point: with fewer there is no shear in some direction.
 const LEAST_BONDS: usize = 6;
@@ -88,11 +88,11 @@ pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), BondError> 
 pub struct BondGraph {
     /// First group of each point, then their number.
     starts: Vec<u32>,
-    /// Bonds of each point.
-    counts: Vec<u32>,
-    /// The other end; in lanes of a last group that are empty, that of the point's first bond.
-    pub(crate) ends: Vec<Lanes<u32>>,
-    /// wV over the mean volume, of this end; 0 in empty lanes \[1\].
+    /// First bond of each group: its other end.
+    pub(crate) bases: Vec<u32>,
+    /// Other ends from there; in empty lanes that of the group's first bond.
+    pub(crate) ends: Vec<[u16; LANES]>,
+    /// wV over the mean volume, of this end; 0 in empty lanes, and only there \[1\].
     pub(crate) weights: Vec<Lanes<f32>>,
     /// The same of the other end.
     pub(crate) back_weights: Vec<Lanes<f32>>,
@@ -137,30 +137,33 @@ impl BondGraph {
         volumes.iter().try_for_each(|&v| positive("a volume [m^3]", v))?;
         let order = CellOrder::new(places, horizon);
         let counts = order.counts();
-        let groups: u64 = counts.iter().map(|&n| u64::from(n).div_ceil(LANES as u64)).sum();
-        let bonds = groups * LANES as u64;
-        if bonds * BOND_BYTES > MOST_BYTES {
-            return Err(BondError::TooMany { bonds, horizon });
-        }
+        let fit = |bonds: u64| match bonds * BOND_BYTES > MOST_BYTES {
+            true => Err(BondError::TooMany { bonds, horizon }),
+            false => Ok(()),
+        };
+        fit(counts.iter().map(|&n| u64::from(n)).sum())?;
         if let Some(point) = counts.iter().position(|&n| (n as usize) < LEAST_BONDS) {
             return Err(BondError::TooFew { point, bonds: counts[point] as usize, horizon });
         }
-        let mut graph = Self::empty(counts, groups as usize);
+        let groups = |point: usize| grouped(&order.of(point)).count() as u32;
+        let groups: Vec<u32> = (0..places.len()).into_par_iter().map(groups).collect();
+        fit(groups.iter().map(|&n| u64::from(n) * LANES as u64).sum())?;
+        let mut graph = Self::empty(&groups);
         graph.fill(&order, places, volumes)?;
         graph.look_back();
         Ok(graph)
     }
 
-    fn empty(counts: Vec<u32>, groups: usize) -> Self {
+    fn empty(groups: &[u32]) -> Self {
         let mut starts = vec![0u32];
         let mut next = 0;
-        starts.extend(counts.iter().map(|n| {
-            next += n.div_ceil(LANES as u32);
+        starts.extend(groups.iter().map(|n| {
+            next += n;
             next
         }));
-        let none = || vec![Lanes([0.0; LANES]); groups];
-        let ends = vec![Lanes([0; LANES]); groups];
-        Self { starts, counts, ends, weights: none(), back_weights: none(), loose: 0 }
+        let none = || vec![Lanes([0.0; LANES]); next as usize];
+        let (bases, ends) = (vec![0; next as usize], vec![[0; LANES]; next as usize]);
+        Self { starts, bases, ends, weights: none(), back_weights: none(), loose: 0 }
     }
 
     /// Finds the ends and weights of all points.
@@ -172,15 +175,17 @@ impl BondGraph {
     ) -> Result<(), BondError> {
         let mean = volumes.iter().sum::<f64>() / volumes.len() as f64;
         let (mut ends, mut weights) = (&mut self.ends[..], &mut self.weights[..]);
+        let mut bases = &mut self.bases[..];
         let mut rows = Vec::new();
         for point in 0..places.len() {
             let groups = (self.starts[point + 1] - self.starts[point]) as usize;
-            let (own, rest) = ends.split_at_mut(groups);
+            let (base, rest) = bases.split_at_mut(groups);
+            let (own, after) = ends.split_at_mut(groups);
             let (weight, others) = weights.split_at_mut(groups);
-            (ends, weights) = (rest, others);
-            rows.push((point, own, weight));
+            (bases, ends, weights) = (rest, after, others);
+            rows.push((point, base, own, weight));
         }
-        let fits = rows.into_par_iter().map(|(point, ends, weights)| {
+        let fits = rows.into_par_iter().map(|(point, bases, ends, weights)| {
             let near = order.of(point);
             let bond = |&q: &u32| (places[q as usize] - places[point], volumes[q as usize]);
             let bonds: Vec<(Vec3, f64)> = near.iter().map(bond).collect();
@@ -188,10 +193,15 @@ impl BondGraph {
                 return Err(BondError::Coincident { point });
             }
             let (found, fits) = fitted(&bonds);
-            ends.iter_mut().for_each(|group| group.0 = [near[0]; LANES]);
-            for (k, (q, w)) in near.iter().zip(found).enumerate() {
-                ends[k / LANES].0[k % LANES] = *q;
-                weights[k / LANES].0[k % LANES] = (w * volumes[point] / mean) as f32;
+            let mut found = found.into_iter();
+            let own = bases.iter_mut().zip(ends).zip(weights);
+            for (((base, ends), weights), group) in own.zip(grouped(&near)) {
+                *base = group[0];
+                for (lane, q) in group.iter().enumerate() {
+                    let w = found.next().unwrap_or_default() * volumes[point] / mean;
+                    ends[lane] = (q - group[0]) as u16;
+                    weights.0[lane] = (w as f32).max(f32::MIN_POSITIVE);
+                }
             }
             Ok(fits)
         });
@@ -207,18 +217,21 @@ impl BondGraph {
     fn look_back(&mut self) {
         let graph = &*self;
         let weight = |p: usize, group: usize, lane: usize| {
-            let slot = BondSlot { group, lane, end: graph.ends[group].0[lane] as usize };
-            match slot.of(&graph.weights) > 0.0 {
-                true => graph.back(p, slot).of(&graph.weights),
-                false => 0.0,
-            }
+            let slot = graph.slot(group, lane);
+            slot.map_or(0.0, |slot| graph.back(p, slot).of(&graph.weights))
         };
         let row = |p: usize| {
             let group = move |group| Lanes(std::array::from_fn(|lane| weight(p, group, lane)));
             graph.groups(p).map(group)
         };
-        let found = (0..graph.counts.len()).into_par_iter().flat_map_iter(row);
+        let found = (0..graph.starts.len() - 1).into_par_iter().flat_map_iter(row);
         self.back_weights = found.collect();
+    }
+
+    /// The bond in a lane of a group, where there is one.
+    fn slot(&self, group: usize, lane: usize) -> Option<BondSlot> {
+        let end = self.bases[group] as usize + self.ends[group][lane] as usize;
+        (self.weights[group].0[lane] > 0.0).then_some(BondSlot { group, lane, end })
     }
 
     /// The same bond from its other end.
@@ -228,15 +241,11 @@ impl BondGraph {
     /// If the bond is none of the point's.
     #[must_use]
     pub fn back(&self, point: usize, bond: BondSlot) -> BondSlot {
-        let first = self.starts[bond.end] as usize;
-        let end = |k: usize| self.ends[first + k / LANES].0[k % LANES] as usize;
-        let (mut low, mut high) = (0, self.counts[bond.end] as usize);
-        while low < high {
-            let middle = (low + high) / 2;
-            if end(middle) < point { low = middle + 1 } else { high = middle }
-        }
-        assert_eq!(end(low), point, "a bond of this point");
-        BondSlot { group: first + low / LANES, lane: low % LANES, end: point }
+        let groups = self.groups(bond.end);
+        let behind = self.bases[groups.clone()].partition_point(|&base| base as usize <= point);
+        let group = groups.start + behind - 1;
+        let found = (0..LANES).filter_map(|lane| self.slot(group, lane));
+        found.into_iter().find(|slot| slot.end == point).expect("a bond of this point")
     }
 
     /// The groups of a point.
@@ -248,11 +257,8 @@ impl BondGraph {
 
     /// The bonds of a point, by ascending other ends.
     pub fn of(&self, point: usize) -> impl Iterator<Item = BondSlot> {
-        let first = self.starts[point] as usize;
-        (0..self.counts[point] as usize).map(move |k| {
-            let (group, lane) = (first + k / LANES, k % LANES);
-            BondSlot { group, lane, end: self.ends[group].0[lane] as usize }
-        })
+        let lanes = move |group| (0..LANES).filter_map(move |lane| self.slot(group, lane));
+        self.groups(point).flat_map(lanes)
     }
 
     /// Σw of a point over the mean volume, with the bits that the kernel has.
@@ -269,8 +275,21 @@ impl BondGraph {
     /// Bonds of all points, each counted at both of its ends.
     #[must_use]
     pub fn count(&self) -> u64 {
-        self.counts.iter().map(|&n| u64::from(n)).sum()
+        let real = |group: &Lanes<f32>| group.0.iter().filter(|&&w| w > 0.0).count() as u64;
+        self.weights.iter().map(real).sum()
     }
+}
+
+/// Ascending ends in groups of sixteen or fewer that one window of records holds.
+fn grouped(ends: &[u32]) -> impl Iterator<Item = &[u32]> {
+    let mut rest = ends;
+    std::iter::from_fn(move || {
+        let first = *rest.first()?;
+        let near = rest.iter().take(LANES).take_while(|&&q| ((q - first) as usize) < WINDOW);
+        let (group, after) = rest.split_at(near.count());
+        rest = after;
+        Some(group)
+    })
 }
 
 #[cfg(test)]
@@ -304,14 +323,24 @@ mod tests {
         }
     }
 
+    /// Ends that are far from each other in the list are in groups of their own.
+    #[test]
+    fn ends_far_apart_lie_in_their_own_groups() {
+        let ends = [3, 5, 70_000, 135_535, 135_536, 201_072];
+        let found: Vec<&[u32]> = super::grouped(&ends).collect();
+        assert_eq!(found, [&ends[..2], &ends[2..4], &ends[4..5], &ends[5..]]);
+        let many: Vec<u32> = (0..40).collect();
+        assert_eq!(super::grouped(&many).map(<[u32]>::len).collect::<Vec<_>>(), [16, 16, 8]);
+    }
+
     /// Lists that do not fit are refused before there are any.
     #[test]
     fn too_many_bonds_are_refused_in_words() {
         let places = lattice(30);
         let refused = BondGraph::new(&places, &vec![1.0; places.len()], 60.0).err();
-        assert!(matches!(refused, Some(BondError::TooMany { bonds: 729_216_000, .. })));
+        assert!(matches!(refused, Some(BondError::TooMany { bonds: 728_973_000, .. })));
         let words = refused.map(|why| why.to_string()).unwrap_or_default();
-        assert!(words.contains("17501 MB") && words.contains("4294 MB"), "{words}");
+        assert!(words.contains("16037 MB") && words.contains("4294 MB"), "{words}");
     }
 
     #[test]

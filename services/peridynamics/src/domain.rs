@@ -6,7 +6,7 @@ mod sums;
 use crate::bonds::{BondError, BondGraph, BondSlot};
 use crate::law::PeridynamicLaw;
 use cullet_geometry::Vec3;
-use cullet_simd::{LANES, Lanes, PackedRecord, SimdLevel};
+use cullet_simd::{LANES, Lanes, PackedRecord, SimdLevel, WINDOW};
 use nalgebra::Rotation3;
 use rayon::prelude::*;
 pub use strain::BondTally;
@@ -46,7 +46,7 @@ pub struct PeridynamicDomain {
     turn: Rotation3<f64>,
     /// Σw of each point over the mean volume, as the kernel sums it up \[1\].
     totals: Vec<f32>,
-    /// What the kernel reads of each point.
+    /// What the kernel reads of each point, and a window of none behind them.
     records: Vec<PackedRecord>,
     /// k of each bond; empty while all are whole and nothing may break \[1\].
     left: Vec<Lanes<f32>>,
@@ -89,11 +89,12 @@ impl PeridynamicDomain {
             });
         let middle = 0.5 * (low + high);
         let packed = |x: &Vec3| ((x - middle) / horizon).map(|c| c as f32);
-        let records: Vec<PackedRecord> = places
+        let mut records: Vec<PackedRecord> = places
             .iter()
             .map(packed)
             .map(|x| PackedRecord([x.x, x.y, x.z, 0.0, 0.0, 0.0, 0.0, 0.0]))
             .collect();
+        records.resize(places.len() + WINDOW, PackedRecord::default());
         let rounded = |x: &Vec3| packed(x).map(f64::from) * horizon;
         let about: Vec<Vec3> = places.iter().map(rounded).collect();
         let places: Vec<Vec3> = about.iter().map(|x| x + middle).collect();

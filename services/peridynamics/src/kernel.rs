@@ -15,15 +15,16 @@
 mod pull;
 mod stretch;
 
+use crate::bonds::BondGraph;
 use crate::law::PeridynamicLaw;
-use cullet_simd::{LaneRows, Lanes, PackedRecord, gather_records};
+use cullet_simd::{LaneRows, Lanes, PackedRecord, RecordWindow, WINDOW, gather_records};
 use fearless_simd::{Simd, SimdBase, f32x16};
 
 pub(crate) use pull::{PullBlock, PullPass};
 pub(crate) use stretch::StretchPass;
 
-/// Groups of bonds that are worked on together: one waits while the other does not.
-pub(crate) const PAIR: usize = 2;
+/// Groups of bonds that are worked on together: while one waits for a result, others do not.
+pub(crate) const ABREAST: usize = 4;
 
 /// Share of L² that L|y|² has at least, so that ends in one place make no infinities.
 const LEAST_RATIO: f32 = 1e-12;
@@ -62,14 +63,14 @@ impl<S: Simd, const N: usize> BondShape<S, N> {
         simd: S,
         records: &[PackedRecord],
         own: &PackedRecord,
-        ends: &[Lanes<u32>],
+        bonds: &BondGraph,
         first: usize,
     ) -> Self {
-        let ends = &ends[first..first + N];
+        let (bases, ends) = (&bonds.bases[first..first + N], &bonds.ends[first..first + N]);
         let zero = LaneRows::splat(simd, 0.0);
         let mut fields = [zero; 8];
-        for (k, ends) in ends.iter().enumerate() {
-            let found = gather_records(simd, records, &ends.0);
+        for (k, (&base, ends)) in bases.iter().zip(ends).enumerate() {
+            let found = gather_records(simd, window(records, base), ends);
             for (field, found) in fields.iter_mut().zip(found) {
                 field.0[k] = found;
             }
@@ -93,6 +94,13 @@ impl<S: Simd, const N: usize> BondShape<S, N> {
         let stretch = rough + miss * (inverse * LaneRows::splat(simd, 0.5));
         Self { along, stretch, inverse, other: [fourth, eighth] }
     }
+}
+
+/// The records from one on; there are as many as a window holds behind the last point's.
+#[inline(always)]
+fn window(records: &[PackedRecord], base: u32) -> &RecordWindow {
+    let from = base as usize;
+    records[from..from + WINDOW].try_into().expect("a window")
 }
 
 /// What of a bond's pull goes with a point's mean extension and what with its own, in f32.

@@ -14,4 +14,4 @@ mod records;
 pub use incidence::Incidence;
 pub use lanes::{LANES, Lanes, Real, V, load, store};
 pub use level::SimdLevel;
-pub use records::{LaneRows, PackedRecord, gather_records, sum_lanes};
+pub use records::{LaneRows, PackedRecord, RecordWindow, WINDOW, gather_records, sum_lanes};

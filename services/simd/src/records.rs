@@ -9,12 +9,19 @@ use std::ops::{Add, Mul, Sub};
 #[repr(C, align(32))]
 pub struct PackedRecord(pub [f32; 8]);
 
-/// The records of sixteen elements, one register for each of the eight numbers.
+/// Records from which sixteen are read by numbers of 16 bits: none can lie behind the last, and none
+/// has to be checked.
+pub type RecordWindow = [PackedRecord; WINDOW];
+
+/// Records of a window.
+pub const WINDOW: usize = 1 << 16;
+
+/// The records of sixteen elements of a window, one register for each of the eight numbers.
 #[inline(always)]
 pub fn gather_records<S: Simd>(
     simd: S,
-    records: &[PackedRecord],
-    ids: &[u32; LANES],
+    records: &RecordWindow,
+    ids: &[u16; LANES],
 ) -> [f32x16<S>; 8] {
     // Without closures, which would not always be inlined where the level's instructions are.
     let r = [
@@ -39,7 +46,7 @@ pub fn gather_records<S: Simd>(
 }
 
 #[inline(always)]
-fn two<S: Simd>(simd: S, records: &[PackedRecord], ids: [u32; 2]) -> f32x16<S> {
+fn two<S: Simd>(simd: S, records: &RecordWindow, ids: [u16; 2]) -> f32x16<S> {
     let one = f32x8::from_slice(simd, &records[ids[0] as usize].0);
     let other = f32x8::from_slice(simd, &records[ids[1] as usize].0);
     simd.combine_f32x8(one, other)
@@ -140,18 +147,19 @@ impl<S: Simd, const N: usize> Mul for LaneRows<S, N> {
 
 #[cfg(test)]
 mod tests {
-    use super::{LaneRows, PackedRecord, gather_records, sum_lanes};
+    use super::{LaneRows, PackedRecord, RecordWindow, WINDOW, gather_records, sum_lanes};
     use crate::{LANES, SimdLevel};
     use fearless_simd::{SimdBase, dispatch, f32x16};
 
     #[test]
     fn records_come_to_their_lanes_on_every_level() {
         let record = |k: usize| PackedRecord(std::array::from_fn(|c| (8 * k + c) as f32));
-        let records: Vec<PackedRecord> = (0..100).map(record).collect();
-        let ids: [u32; LANES] = std::array::from_fn(|lane| (lane * lane * 7 % 100) as u32);
+        let records: Vec<PackedRecord> = (0..WINDOW).map(record).collect();
+        let window: &RecordWindow = records.as_slice().try_into().expect("a window");
+        let ids: [u16; LANES] = std::array::from_fn(|lane| (lane * lane * 7 % 100) as u16);
         for level in SimdLevel::all() {
             let found = dispatch!(level.level(), simd => {
-                gather_records(simd, &records, &ids).map(|field| {
+                gather_records(simd, window, &ids).map(|field| {
                     let mut lanes = [0.0; LANES];
                     field.store_slice(&mut lanes);
                     lanes

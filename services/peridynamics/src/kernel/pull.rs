@@ -1,6 +1,6 @@
 //! The second pass: what has flowed, and the forces.
 
-use super::{BondShape, PAIR, PullModuli, lanes};
+use super::{ABREAST, BondShape, PullModuli, lanes};
 use crate::bonds::BondGraph;
 use cullet_geometry::Vec3;
 use cullet_simd::{LaneRows, Lanes, PackedRecord};
@@ -52,9 +52,9 @@ impl PullPass<'_> {
                     back: &mut back[groups.start - origin..groups.end - origin],
                 },
             };
-            while groups.len() >= PAIR {
-                self.groups::<S, PAIR>(simd, point, groups.start, &mut flowed, &mut sum);
-                groups.start += PAIR;
+            while groups.len() >= ABREAST {
+                self.groups::<S, ABREAST>(simd, point, groups.start, &mut flowed, &mut sum);
+                groups.start += ABREAST;
             }
             while !groups.is_empty() {
                 self.groups::<S, 1>(simd, point, groups.start, &mut flowed, &mut sum);
@@ -75,7 +75,7 @@ impl PullPass<'_> {
         sum: &mut WideForce<S>,
     ) {
         let own = &self.records[point];
-        let shape = BondShape::<S, N>::of(simd, self.records, own, &self.bonds.ends, first);
+        let shape = BondShape::<S, N>::of(simd, self.records, own, self.bonds, first);
         let (mean, left) = (LaneRows::splat(simd, own.0[3]), LaneRows::splat(simd, own.0[7]));
         let [other, other_left] = shape.other;
         let bulk = LaneRows::splat(simd, self.moduli.mean);

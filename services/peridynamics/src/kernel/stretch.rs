@@ -1,6 +1,6 @@
 //! The first pass: bonds soften, and the sums of each point are taken.
 
-use super::{BondShape, PAIR, lanes};
+use super::{ABREAST, BondShape, lanes};
 use crate::bonds::{BondGraph, BondSlot};
 use crate::law::BondBreaking;
 use cullet_simd::{LANES, LaneRows, Lanes, PackedRecord, sum_lanes};
@@ -62,10 +62,10 @@ impl StretchPass<'_> {
         let mut sums = [zero; 3];
         let mut groups = self.bonds.groups(point);
         let mut at = PointGroups { point, first: groups.start, origin: groups.start, about };
-        while groups.len() >= PAIR {
+        while groups.len() >= ABREAST {
             at.first = groups.start;
-            self.groups::<S, PAIR>(simd, &at, left, before, &mut sums);
-            groups.start += PAIR;
+            self.groups::<S, ABREAST>(simd, &at, left, before, &mut sums);
+            groups.start += ABREAST;
         }
         while !groups.is_empty() {
             at.first = groups.start;
@@ -94,7 +94,7 @@ impl StretchPass<'_> {
         sums: &mut [f32x16<S>; 3],
     ) {
         let own = &self.records[at.point];
-        let shape = BondShape::<S, N>::of(simd, self.records, own, &self.bonds.ends, at.first);
+        let shape = BondShape::<S, N>::of(simd, self.records, own, self.bonds, at.first);
         let mut weight = lanes(simd, &self.bonds.weights, at.first);
         if !left.is_empty() {
             let left = &mut left[at.first - at.origin..];
@@ -164,7 +164,8 @@ impl StretchPass<'_> {
             if now < old {
                 left.0[lane] = now;
                 if self.bonds.weights[group].0[lane] > 0.0 {
-                    let end = self.bonds.ends[group].0[lane] as usize;
+                    let end = self.bonds.bases[group] as usize;
+                    let end = end + self.bonds.ends[group][lane] as usize;
                     before.push((BondSlot { group, lane, end }, old));
                 }
             }
