@@ -1,5 +1,6 @@
 //! A body of points and bonds, and its steps in time.
 
+mod limits;
 mod strain;
 mod sums;
 
@@ -7,6 +8,7 @@ use crate::bonds::{BondError, BondGraph, BondSlot};
 use crate::law::PeridynamicLaw;
 use cullet_geometry::Vec3;
 use cullet_simd::{LANES, Lanes, PackedRecord, SimdLevel, WINDOW};
+pub use limits::StrainLimit;
 use nalgebra::Rotation3;
 use rayon::prelude::*;
 pub use strain::BondTally;

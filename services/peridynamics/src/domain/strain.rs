@@ -19,9 +19,13 @@ const STILL: f64 = 1e-12;
 pub struct BondTally {
     /// Energy that flow took \[J\].
     pub plastic: f64,
-    /// Energy that breaking took \[J\]; less than it should be, even negative, where bonds are
-    /// drawn from pressed to broken in one step.
+    /// Energy that breaking took \[J\]. What bonds bore before and after a step counts, so that it
+    /// is too low where bonds are drawn from pressed to broken in one.
     pub broken: f64,
+    /// Bonds that were so drawn: the step is too long for what hits the body.
+    pub jumped: usize,
+    /// Energy that `broken` lacks for them \[J\].
+    pub unbooked: f64,
     /// Points that flowed.
     pub yielding: usize,
 }
@@ -43,6 +47,8 @@ impl BondTally {
         Self {
             plastic: self.plastic + more.plastic,
             broken: self.broken + more.broken,
+            jumped: self.jumped + more.jumped,
+            unbooked: self.unbooked + more.unbooked,
             yielding: self.yielding + more.yielding,
         }
     }
@@ -138,7 +144,7 @@ impl PeridynamicDomain {
             before.clear();
             let sums = pass.point(simd, point, state.mean as f32, own, before);
             if !before.is_empty() {
-                tally.broken += self.softened(point, own, before, dt);
+                tally = tally.plus(self.softened(point, own, before, dt));
             }
             let whole = f64::from(sums.whole) / f64::from(self.totals[point]);
             let mut shrink = 1.0;
@@ -156,8 +162,8 @@ impl PeridynamicDomain {
         tally
     }
 
-    /// Energy that the bonds of a point lost which had the `before` left and have `left` now \[J\].
-    /// Central differences take the energy of what was and what is, not of either.
+    /// What became of the bonds of a point which had the `before` left and have `left` now. Central
+    /// differences take the energy of what was and what is, not of either.
     #[inline(never)]
     fn softened(
         &self,
@@ -165,7 +171,7 @@ impl PeridynamicDomain {
         left: &[Lanes<f32>],
         before: &[(BondSlot, f32)],
         dt: f64,
-    ) -> f64 {
+    ) -> BondTally {
         let origin = self.bonds.groups(point).start;
         let bonds: Vec<SoftenedBond> = self
             .bonds
@@ -193,7 +199,18 @@ impl PeridynamicDomain {
             let product = sum(&|bond| (bond.extensions[0] - one) * (bond.extensions[1] - two));
             self.law.energy(whole, 1.0, 0.0) * one * two + self.law.energy(0.0, 0.0, product)
         };
-        self.volumes[point] * (energy(0) - energy(1))
+        let broken = self.volumes[point] * (energy(0) - energy(1));
+        let mut tally = BondTally { broken, ..BondTally::default() };
+        for (bond, slot) in bonds.iter().zip(self.bonds.of(point)) {
+            let [was, is] = bond.extensions;
+            if bond.weights[0] > 0.0 && bond.weights[1] == 0.0 && was < 0.0 && is > 0.0 {
+                // It bears ever more up to s_c/2, then ever less up to s_c.
+                let due = 3.75 * self.critical * self.critical - 7.5 * was * is;
+                tally.unbooked += self.volumes[point] * bond.weights[0] * self.law.shear * due;
+                tally.jumped += usize::from(point < slot.end);
+            }
+        }
+        tally
     }
 
     /// The second pass.

@@ -1,0 +1,115 @@
+//! How far the family holds.
+
+use super::PeridynamicDomain;
+use cullet_geometry::Mat3;
+use rayon::prelude::*;
+use thiserror::Error;
+
+/// Most change of volume that no pressure explains, most equivalent plastic strain, and least J of
+/// a point: beyond these, bonds have lost modes of shear (F79).
+const MOST_DRIFT: f64 = 0.02;
+const MOST_PLASTIC: f64 = 0.3;
+const LEAST_JACOBIAN: f64 = 0.2;
+
+/// Points that have lost more of their bonds have no deformation gradient.
+const MOST_DAMAGE: f64 = 0.5;
+
+/// Why a body has to be handed over to another family.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum StrainLimit {
+    /// The volume has drifted.
+    #[error(
+        "flow has changed the body's volume by {drift:.3}; bonds hold up to {MOST_DRIFT}: take a \
+         ductile law in the MPM"
+    )]
+    Volume {
+        /// Σ(J/J_e)V/ΣV − 1 \[1\].
+        drift: f64,
+    },
+    /// A point has flowed too far.
+    #[error(
+        "point {point} has a plastic strain of {strain:.3}; bonds hold up to {MOST_PLASTIC}: take \
+         a ductile law in the MPM"
+    )]
+    Plastic {
+        /// Which, from 0.
+        point: usize,
+        /// ε_p \[1\].
+        strain: f64,
+    },
+    /// A point is crushed.
+    #[error(
+        "point {point} has {jacobian:.3} of its volume; bonds hold down to {LEAST_JACOBIAN}: take \
+         a ductile law in the MPM"
+    )]
+    Crushed {
+        /// Which, from 0.
+        point: usize,
+        /// J \[1\].
+        jacobian: f64,
+    },
+    /// A place or a velocity is no number any more.
+    #[error("point {point} is nowhere any more: the step was too long, or a law has failed")]
+    NoNumber {
+        /// Which, from 0.
+        point: usize,
+    },
+}
+
+impl PeridynamicDomain {
+    /// F = Σwk (y/l₀)⊗n (Σwk n⊗n)⁻¹ of a point, exact where it is the same all around; none where
+    /// half of its bonds are gone.
+    #[must_use]
+    pub fn gradient(&self, point: usize) -> Option<Mat3> {
+        let (mut moved, mut shape) = (Mat3::zeros(), Mat3::zeros());
+        if self.states[point].damage > MOST_DAMAGE {
+            return None;
+        }
+        for bond in self.bonds.of(point) {
+            let rest = self.reference[bond.end] - self.reference[point];
+            let weight = self.weight(point, bond) * self.left(bond) / rest.norm_squared();
+            moved += (self.places[bond.end] - self.places[point]) * rest.transpose() * weight;
+            shape += rest * rest.transpose() * weight;
+        }
+        Some(moved * shape.try_inverse()?)
+    }
+
+    /// That the body is still one that bonds hold for. It takes about as long as a step: every few
+    /// dozen are enough.
+    ///
+    /// # Errors
+    ///
+    /// With the first limit that is passed.
+    pub fn check(&self) -> Result<(), StrainLimit> {
+        let whole = |p: &usize| {
+            self.places[*p].iter().chain(self.velocities[*p].iter()).all(|c| c.is_finite())
+        };
+        if let Some(point) = (0..self.places.len()).find(|p| !whole(p)) {
+            return Err(StrainLimit::NoNumber { point });
+        }
+        let most =
+            |best: (usize, f64), (p, x): (usize, f64)| if x > best.1 { (p, x) } else { best };
+        let plastic = self.states.iter().map(|state| state.plastic).enumerate();
+        let (point, strain) = plastic.fold((0, 0.0), most);
+        if strain > MOST_PLASTIC {
+            return Err(StrainLimit::Plastic { point, strain });
+        }
+        let of = |p: usize| self.gradient(p).map(|f| f.determinant());
+        let found: Vec<Option<f64>> = (0..self.places.len()).into_par_iter().map(of).collect();
+        let (mut drift, mut volume) = (0.0, 0.0);
+        for (point, jacobian) in found.into_iter().enumerate() {
+            let Some(jacobian) = jacobian else { continue };
+            if jacobian < LEAST_JACOBIAN {
+                return Err(StrainLimit::Crushed { point, jacobian });
+            }
+            // Of uniform pressure J is (1 + q̄)³.
+            let elastic = (1.0 + self.states[point].mean).powi(3);
+            drift += self.volumes[point] * (jacobian / elastic - 1.0);
+            volume += self.volumes[point];
+        }
+        match drift.abs() > MOST_DRIFT * volume {
+            true => Err(StrainLimit::Volume { drift: drift / volume }),
+            false => Ok(()),
+        }
+    }
+}
