@@ -1,7 +1,7 @@
 //! Bonds of points, and their weights.
 
 mod fit;
-mod neighbours;
+pub(crate) mod neighbours;
 
 use cullet_geometry::Vec3;
 use cullet_simd::{LANES, Lanes, SimdLevel, WINDOW, sum_lanes};
@@ -218,7 +218,8 @@ impl BondGraph {
         let graph = &*self;
         let weight = |p: usize, group: usize, lane: usize| {
             let slot = graph.slot(group, lane);
-            slot.map_or(0.0, |slot| graph.back(p, slot).of(&graph.weights))
+            let back = slot.and_then(|slot| graph.find(slot.end, p));
+            back.map_or(0.0, |back| back.of(&graph.weights))
         };
         let row = |p: usize| {
             let group = move |group| Lanes(std::array::from_fn(|lane| weight(p, group, lane)));
@@ -234,18 +235,13 @@ impl BondGraph {
         (self.weights[group].0[lane] > 0.0).then_some(BondSlot { group, lane, end })
     }
 
-    /// The same bond from its other end.
-    ///
-    /// # Panics
-    ///
-    /// If the bond is none of the point's.
+    /// The bond of a point to another, if there is one, broken or not.
     #[must_use]
-    pub fn back(&self, point: usize, bond: BondSlot) -> BondSlot {
-        let groups = self.groups(bond.end);
-        let behind = self.bases[groups.clone()].partition_point(|&base| base as usize <= point);
-        let group = groups.start + behind - 1;
-        let found = (0..LANES).filter_map(|lane| self.slot(group, lane));
-        found.into_iter().find(|slot| slot.end == point).expect("a bond of this point")
+    pub fn find(&self, point: usize, end: usize) -> Option<BondSlot> {
+        let groups = self.groups(point);
+        let behind = self.bases[groups.clone()].partition_point(|&base| base as usize <= end);
+        let group = groups.start + behind.checked_sub(1)?;
+        (0..LANES).filter_map(|lane| self.slot(group, lane)).find(|slot| slot.end == end)
     }
 
     /// The groups of a point.
@@ -313,7 +309,7 @@ mod tests {
             let found: Vec<usize> = graph.of(p).map(|bond| bond.end).collect();
             assert_eq!(found, wanted);
             for bond in graph.of(p) {
-                let back = graph.back(p, bond);
+                let back = graph.find(bond.end, p).unwrap();
                 assert_eq!(back.end, p);
                 assert!(graph.of(bond.end).any(|other| other == back));
                 assert_eq!(back.of(&graph.back_weights), bond.of(&graph.weights));

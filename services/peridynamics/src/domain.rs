@@ -1,5 +1,6 @@
 //! A body of points and bonds, and its steps in time.
 
+mod contact;
 mod limits;
 mod strain;
 mod sums;
@@ -44,6 +45,8 @@ pub struct PeridynamicDomain {
     mean_volume: f64,
     /// Places at rest, about their mean \[m\].
     reference: Vec<Vec3>,
+    /// What points that touch hold \[J\].
+    contact: f64,
     /// How the body is turned.
     turn: Rotation3<f64>,
     /// Σw of each point over the mean volume, as the kernel sums it up \[1\].
@@ -113,6 +116,7 @@ impl PeridynamicDomain {
             level: SimdLevel::best(),
             horizon,
             mean_volume: 0.0,
+            contact: 0.0,
             reference: about.iter().map(|x| x - mean).collect(),
             turn: Rotation3::identity(),
             totals: (0..points).map(|p| bonds.total(p)).collect(),

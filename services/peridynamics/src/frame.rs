@@ -14,31 +14,33 @@ const ROUNDS: usize = 50;
 /// turning it as a whole costs no digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CorotatedFrame {
-    /// Mean of the places \[m\].
+    /// Where the origin of the reference is \[m\].
     pub(crate) centre: Vec3,
     /// From the reference.
     pub(crate) turn: Rotation3<f64>,
 }
 
 impl CorotatedFrame {
-    /// Of places \[m\], for points with the `reference` about their mean \[m\]: the rotation nearest
-    /// to Σ(x − c) X^T, or that of the last step where there is none.
+    /// Of places \[m\], for points with the `reference` \[m\]: the rotation nearest to
+    /// Σ(x − x̄)(X − X̄)^T, or that of the last step where there is none.
     pub(crate) fn of(places: &[Vec3], reference: &[Vec3], last: &Rotation3<f64>) -> Self {
-        let origin = places[0];
-        let sums: Vec<(Vec3, Mat3)> = places
+        let (Some(&origin), Some(&rest)) = (places.first(), reference.first()) else {
+            return Self { centre: Vec3::zeros(), turn: *last };
+        };
+        type Sums = (Vec3, Vec3, Mat3);
+        let add = |a: Sums, b: Sums| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
+        let sums: Vec<Sums> = places
             .par_chunks(CHUNK)
             .zip(reference.par_chunks(CHUNK))
             .map(|(places, reference)| {
-                places.iter().zip(reference).fold((Vec3::zeros(), Mat3::zeros()), |sum, (x, at)| {
-                    (sum.0 + (x - origin), sum.1 + (x - origin) * at.transpose())
-                })
+                let pairs = places.iter().zip(reference).map(|(x, at)| (x - origin, at - rest));
+                pairs.fold(Sums::default(), |sum, (x, at)| add(sum, (x, at, x * at.transpose())))
             })
             .collect();
-        let (sum, product) = sums
-            .iter()
-            .fold((Vec3::zeros(), Mat3::zeros()), |sum, part| (sum.0 + part.0, sum.1 + part.1));
-        let turn = nearest_rotation(&product).unwrap_or(*last);
-        Self { centre: origin + sum / places.len() as f64, turn }
+        let (sum, own, product) = sums.into_iter().fold(Sums::default(), add);
+        let (mean, own) = (sum / places.len() as f64, own / places.len() as f64);
+        let turn = nearest_rotation(&(product - sum * own.transpose())).unwrap_or(*last);
+        Self { centre: origin + mean - turn * (rest + own), turn }
     }
 }
 

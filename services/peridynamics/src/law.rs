@@ -24,6 +24,15 @@ pub struct PeridynamicLaw {
     pub hardening: Option<Hardening>,
     /// How it breaks, where it does.
     pub breaking: Option<BondBreaking>,
+    /// How points that have lost bonds push each other, where they do.
+    pub contact: Option<PartedContact>,
+}
+
+/// Contact of points that have lost bonds and have none to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartedContact {
+    /// Coulomb's coefficient \[1\].
+    pub friction: f64,
 }
 
 /// How bonds break: a bond whose elastic stretch exceeds half of a critical one s_c softens, and
@@ -76,6 +85,7 @@ impl PeridynamicLaw {
             shear: young / (2.0 * (1.0 + poisson)),
             hardening: None,
             breaking: None,
+            contact: None,
         }
     }
 

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 /// Points sorted by the cell of a grid they are in; a cell is as wide as the horizon.
-pub(super) struct CellOrder<'a> {
+pub(crate) struct CellOrder<'a> {
     places: &'a [Vec3],
     low: Vec3,
     horizon: f64,
@@ -14,7 +14,7 @@ pub(super) struct CellOrder<'a> {
 
 impl<'a> CellOrder<'a> {
     /// Of places and a horizon \[m\].
-    pub(super) fn new(places: &'a [Vec3], horizon: f64) -> Self {
+    pub(crate) fn new(places: &'a [Vec3], horizon: f64) -> Self {
         let low = places.iter().fold(Vec3::repeat(f64::INFINITY), |low, x| low.inf(x));
         let mut found = Self { places, low, horizon, order: Vec::new() };
         let entry = |(p, x): (usize, &Vec3)| {
@@ -49,7 +49,7 @@ impl<'a> CellOrder<'a> {
     }
 
     /// How many others are within the horizon of each point.
-    pub(super) fn counts(&self) -> Vec<u32> {
+    pub(crate) fn counts(&self) -> Vec<u32> {
         let count = |point| {
             let mut count = 0;
             self.visit(point, |_| count += 1);
@@ -59,7 +59,7 @@ impl<'a> CellOrder<'a> {
     }
 
     /// The others within the horizon of a point, ascending.
-    pub(super) fn of(&self, point: usize) -> Vec<u32> {
+    pub(crate) fn of(&self, point: usize) -> Vec<u32> {
         let mut found = Vec::new();
         self.visit(point, |q| found.push(q));
         found.sort_unstable();

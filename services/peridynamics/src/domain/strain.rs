@@ -4,6 +4,7 @@ use super::{MaterialPoint, PeridynamicDomain};
 use crate::bonds::BondSlot;
 use crate::frame::CorotatedFrame;
 use crate::kernel::{PullBlock, PullModuli, PullPass, StretchPass};
+use cullet_geometry::Vec3;
 use cullet_simd::Lanes;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
@@ -26,6 +27,8 @@ pub struct BondTally {
     pub jumped: usize,
     /// Energy that `broken` lacks for them \[J\].
     pub unbooked: f64,
+    /// Energy that friction took \[J\].
+    pub friction: f64,
     /// Points that flowed.
     pub yielding: usize,
 }
@@ -49,6 +52,7 @@ impl BondTally {
             broken: self.broken + more.broken,
             jumped: self.jumped + more.jumped,
             unbooked: self.unbooked + more.unbooked,
+            friction: self.friction + more.friction,
             yielding: self.yielding + more.yielding,
         }
     }
@@ -63,27 +67,42 @@ impl PeridynamicDomain {
     /// The same after a step of `dt` \[s\] with the velocities as they are.
     pub(super) fn strain_after(&mut self, dt: f64) -> BondTally {
         self.make_room(self.law.breaking.is_some(), self.law.hardening.is_some());
-        let frame = CorotatedFrame::of(&self.places, &self.reference, &self.turn);
+        let frame = self.frame();
         self.turn = frame.turn;
         self.pack(&frame);
         let mut responses = vec![[0.0; 2]; self.places.len()];
-        let tally = self.stretch(dt, &mut responses);
+        let mut tally = self.stretch(dt, &mut responses);
         let both = self.records.par_iter_mut().zip(&responses);
         both.for_each(|(record, response)| [record.0[3], record.0[7]] = *response);
         self.pull();
         let scale = self.mean_volume / self.horizon;
         self.forces.par_iter_mut().for_each(|force| *force = frame.turn * (*force * scale));
+        if let Some(contact) = self.law.contact {
+            tally.friction = self.push_apart(&contact, dt);
+        }
         tally
     }
 
-    /// Writes displacements and damage to the records.
+    /// Where the body is as a whole, without what has come off.
+    fn frame(&self) -> CorotatedFrame {
+        if self.states.iter().all(|state| state.damage < 1.0) {
+            return CorotatedFrame::of(&self.places, &self.reference, &self.turn);
+        }
+        let rest = || (0..self.places.len()).filter(|&p| !self.is_debris(p));
+        let places: Vec<Vec3> = rest().map(|p| self.places[p]).collect();
+        let reference: Vec<Vec3> = rest().map(|p| self.reference[p]).collect();
+        CorotatedFrame::of(&places, &reference, &self.turn)
+    }
+
+    /// Writes displacements and damage to the records; debris stays where it was, however far it
+    /// flies.
     fn pack(&mut self, frame: &CorotatedFrame) {
         let (back, horizon) = (frame.turn.inverse(), self.horizon);
         let points = self.places.par_iter().zip(&self.reference).zip(&self.states);
         self.records.par_iter_mut().zip(points).for_each(|(record, ((x, at), state))| {
             let moved = (back * (x - frame.centre) - at) / horizon;
             for (packed, u) in record.0[4..7].iter_mut().zip(moved.iter()) {
-                *packed = if u.abs() < STILL { 0.0 } else { *u as f32 };
+                *packed = if u.abs() < STILL || state.damage >= 1.0 { 0.0 } else { *u as f32 };
             }
             record.0[7] = state.damage as f32;
         });

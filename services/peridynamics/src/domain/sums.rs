@@ -11,17 +11,25 @@ pub struct BodySum {
     pub kinetic: f64,
     /// \[J\].
     pub elastic: f64,
+    /// What points that touch hold \[J\].
+    pub contact: f64,
     /// \[kg m/s\].
     pub momentum: Vec3,
     /// About the origin \[kg m²/s\].
     pub angular: Vec3,
+    /// Points that have no bond left.
+    pub debris: usize,
+    /// Their mass \[kg\].
+    pub debris_mass: f64,
+    /// Their part of the momentum \[kg m/s\].
+    pub debris_momentum: Vec3,
 }
 
 impl PeridynamicDomain {
     /// Sums over the body.
     #[must_use]
     pub fn sums(&self) -> BodySum {
-        let mut sum = BodySum::default();
+        let mut sum = BodySum { contact: self.contact, ..BodySum::default() };
         for (p, state) in self.states.iter().enumerate() {
             let (mass, v) = (self.mass(p), self.velocities[p]);
             sum.kinetic += 0.5 * mass * v.norm_squared();
@@ -29,8 +37,19 @@ impl PeridynamicDomain {
                 self.volumes[p] * self.law.energy(1.0 - state.damage, state.mean, state.deviation);
             sum.momentum += v * mass;
             sum.angular += self.places[p].cross(&v) * mass;
+            if self.is_debris(p) {
+                sum.debris += 1;
+                sum.debris_mass += mass;
+                sum.debris_momentum += v * mass;
+            }
         }
         sum
+    }
+
+    /// Whether a point has no bond left: it flies on by itself.
+    #[must_use]
+    pub fn is_debris(&self, point: usize) -> bool {
+        self.states[point].damage >= 1.0
     }
 
     /// Cauchy's stress at a point for small strains, Σw (∂W/∂q/w) n⊗n \[Pa\].

@@ -1,6 +1,7 @@
 //! Bodies of points and bonds against formulas: C2, C5, C6, E2 and E11 of the catalogue.
 
 mod cracks;
+mod fragments;
 mod limits;
 mod moduli;
 mod motion;
