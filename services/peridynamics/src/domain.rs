@@ -1,6 +1,7 @@
 //! A body of points and bonds, and its steps in time.
 
 mod contact;
+mod damping;
 mod limits;
 mod strain;
 mod sums;
@@ -45,6 +46,8 @@ pub struct PeridynamicDomain {
     mean_volume: f64,
     /// Places at rest, about their mean \[m\].
     reference: Vec<Vec3>,
+    /// Greatest sum over a point's bonds of both ends' wV/l₀², over its own V \[1/m²\].
+    steepest: f64,
     /// What points that touch hold \[J\].
     contact: f64,
     /// How the body is turned.
@@ -116,6 +119,7 @@ impl PeridynamicDomain {
             level: SimdLevel::best(),
             horizon,
             mean_volume: 0.0,
+            steepest: 0.0,
             contact: 0.0,
             reference: about.iter().map(|x| x - mean).collect(),
             turn: Rotation3::identity(),
@@ -127,10 +131,20 @@ impl PeridynamicDomain {
             bonds,
         };
         body.mean_volume = body.volumes.iter().sum::<f64>() / points as f64;
+        body.steepest = body.steepest_row();
         if let Some(how) = law.breaking {
             body.critical = how.critical_stretch(law.bulk, law.shear, body.reach());
         }
         Ok(body)
+    }
+
+    fn steepest_row(&self) -> f64 {
+        let both = |p: usize, b: BondSlot| {
+            let weights = b.of(&self.bonds.weights) + b.of(&self.bonds.back_weights);
+            f64::from(weights) * self.mean_volume / self.rest(p, b).powi(2)
+        };
+        let row = |p: usize| self.bonds.of(p).map(|b| both(p, b)).sum::<f64>() / self.volumes[p];
+        (0..self.places.len()).map(row).fold(0.0, f64::max)
     }
 
     /// Mean of Σwl₀ \[m\].
@@ -187,30 +201,27 @@ impl PeridynamicDomain {
 
     /// A step that central differences bear \[s\]: the greatest ω² is no more than the greatest sum
     /// of a row of the stiffness over its mass (Gershgorin). By Cauchy and Schwarz W is at most
-    /// ½ max(9K, 15μ) Σwkq², whatever has broken.
+    /// ½ max(9K, 15μ) Σwkq², whatever has broken. Dashpots make it shorter.
     #[must_use]
     pub fn stable_step(&self) -> f64 {
-        let stiffness = (9.0 * self.law.bulk).max(15.0 * self.law.shear);
-        let both = |p: usize, b: BondSlot| {
-            let weights = b.of(&self.bonds.weights) + b.of(&self.bonds.back_weights);
-            f64::from(weights) * self.mean_volume / self.rest(p, b).powi(2)
-        };
-        let fastest = (0..self.places.len())
-            .map(|p| self.bonds.of(p).map(|b| both(p, b)).sum::<f64>() / self.mass(p))
-            .fold(0.0, f64::max);
-        SAFETY * 2.0 / (2.0 * stiffness * fastest).sqrt()
+        let share = self.law.damping.bonds;
+        SAFETY * 2.0 / self.fastest() * ((1.0 + share * share).sqrt() - share)
     }
 
     /// A step of `dt` \[s\] by central differences; `hold` has the last word on velocities. Forces
     /// are those of [`PeridynamicDomain::strain`], which ends it.
     pub fn advance(&mut self, dt: f64, hold: impl Fn(usize, Vec3) -> Vec3 + Sync) -> BondTally {
-        let (law, volumes, forces) = (self.law, &self.volumes, &self.forces);
-        let move_on = |(p, (x, v)): (usize, (&mut Vec3, &mut Vec3))| {
-            *v = hold(p, *v + forces[p] * (dt / (law.density * volumes[p])));
-            *x += *v * dt;
-        };
+        let (density, volumes, forces) = (self.law.density, &self.volumes, &self.forces);
+        let faster = |(p, v): (usize, &mut Vec3)| *v += forces[p] * (dt / (density * volumes[p]));
+        self.velocities.par_iter_mut().enumerate().for_each(faster);
+        let air = if self.law.damping.air > 0.0 { self.slow(dt) } else { 0.0 };
         let both = self.places.par_iter_mut().zip(self.velocities.par_iter_mut());
-        both.enumerate().for_each(move_on);
-        self.strain_after(dt)
+        both.enumerate().for_each(|(p, (x, v))| {
+            *v = hold(p, *v);
+            *x += *v * dt;
+        });
+        let mut tally = self.strain_after(dt);
+        tally.damped += air;
+        tally
     }
 }

@@ -12,6 +12,7 @@
 //! Inner code has no closures: they are not always inlined where the level's instructions are,
 //! which makes it ten times as slow.
 
+mod dashpot;
 mod pull;
 mod stretch;
 
@@ -20,6 +21,7 @@ use crate::law::PeridynamicLaw;
 use cullet_simd::{LaneRows, Lanes, PackedRecord, RecordWindow, WINDOW, gather_records};
 use fearless_simd::{Simd, SimdBase, f32x16};
 
+pub(crate) use dashpot::DashpotPass;
 pub(crate) use pull::{PullBlock, PullPass};
 pub(crate) use stretch::StretchPass;
 

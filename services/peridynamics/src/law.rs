@@ -26,6 +26,18 @@ pub struct PeridynamicLaw {
     pub breaking: Option<BondBreaking>,
     /// How points that have lost bonds push each other, where they do.
     pub contact: Option<PartedContact>,
+    /// What slows it.
+    pub damping: PeridynamicDamping,
+}
+
+/// What slows a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PeridynamicDamping {
+    /// Share of critical damping that dashpots of bonds give the fastest mode: slower ones have
+    /// less by their ω. 0.1 takes the noise behind cracks \[1\].
+    pub bonds: f64,
+    /// λ: what moves loses the share λ dt of its velocity to the air \[1/s\].
+    pub air: f64,
 }
 
 /// Contact of points that have lost bonds and have none to each other.
@@ -86,6 +98,7 @@ impl PeridynamicLaw {
             hardening: None,
             breaking: None,
             contact: None,
+            damping: PeridynamicDamping::default(),
         }
     }
 
@@ -97,7 +110,19 @@ impl PeridynamicLaw {
     pub(crate) fn check(&self) -> Result<(), BondError> {
         positive("the density [kg/m^3]", self.density)?;
         positive("the bulk modulus [Pa]", self.bulk)?;
-        positive("the shear modulus [Pa]", self.shear)
+        positive("the shear modulus [Pa]", self.shear)?;
+        let PeridynamicDamping { bonds, air } = self.damping;
+        let fine = |x: f64| x.is_finite() && x >= 0.0;
+        match (fine(bonds), fine(air)) {
+            (false, _) => Err(BondError::NoNumber { what: "the damping of bonds", value: bonds }),
+            (_, false) => Err(BondError::NoNumber { what: "the damping by air", value: air }),
+            _ => Ok(()),
+        }
+    }
+
+    /// max(9K, 15μ) \[Pa\].
+    pub(crate) fn stiffness(&self) -> f64 {
+        (9.0 * self.bulk).max(15.0 * self.shear)
     }
 
     /// σ_eq = μ√(45 Σwz²) \[Pa\].

@@ -29,6 +29,8 @@ pub struct BondTally {
     pub unbooked: f64,
     /// Energy that friction took \[J\].
     pub friction: f64,
+    /// Energy that dashpots and the air took \[J\].
+    pub damped: f64,
     /// Points that flowed.
     pub yielding: usize,
 }
@@ -53,6 +55,7 @@ impl BondTally {
             jumped: self.jumped + more.jumped,
             unbooked: self.unbooked + more.unbooked,
             friction: self.friction + more.friction,
+            damped: self.damped + more.damped,
             yielding: self.yielding + more.yielding,
         }
     }
@@ -75,6 +78,9 @@ impl PeridynamicDomain {
         let both = self.records.par_iter_mut().zip(&responses);
         both.for_each(|(record, response)| [record.0[3], record.0[7]] = *response);
         self.pull();
+        if self.law.damping.bonds > 0.0 {
+            tally.damped = self.drag(&frame, dt);
+        }
         let scale = self.mean_volume / self.horizon;
         self.forces.par_iter_mut().for_each(|force| *force = frame.turn * (*force * scale));
         if let Some(contact) = self.law.contact {

@@ -33,7 +33,7 @@ struct FlowedBonds<'a> {
 }
 
 /// A force in f64, eight lanes twice.
-type WideForce<S> = [[f64x8<S>; 2]; 3];
+pub(super) type WideForce<S> = [[f64x8<S>; 2]; 3];
 
 impl PullPass<'_> {
     /// Forces on the points of a block.
@@ -126,7 +126,11 @@ fn put<S: Simd, const N: usize>(rows: &LaneRows<S, N>, list: &mut [Lanes<f32>], 
 
 /// Adds in f64.
 #[inline(always)]
-fn add<S: Simd, const N: usize>(simd: S, sum: &mut [f64x8<S>; 2], more: &LaneRows<S, N>) {
+pub(super) fn add<S: Simd, const N: usize>(
+    simd: S,
+    sum: &mut [f64x8<S>; 2],
+    more: &LaneRows<S, N>,
+) {
     for row in &more.0 {
         let (low, high) = simd.widen_f32x16(*row);
         sum[0] += low;
@@ -136,7 +140,7 @@ fn add<S: Simd, const N: usize>(simd: S, sum: &mut [f64x8<S>; 2], more: &LaneRow
 
 /// The sum over all lanes, in one order.
 #[inline(always)]
-fn total<S: Simd>([low, high]: [f64x8<S>; 2]) -> f64 {
+pub(super) fn total<S: Simd>([low, high]: [f64x8<S>; 2]) -> f64 {
     let mut lanes = [0.0; 8];
     (low + high).store_slice(&mut lanes);
     let [a, b, c, d, e, f, g, h] = lanes;

@@ -3,7 +3,7 @@
 use crate::block;
 use cullet_geometry::{Quat, Vec3};
 use cullet_model::Hardening;
-use cullet_peridynamics::law::BondBreaking;
+use cullet_peridynamics::law::{BondBreaking, PeridynamicDamping};
 use cullet_peridynamics::{PeridynamicDomain, PeridynamicLaw};
 use cullet_simd::SimdLevel;
 
@@ -155,5 +155,62 @@ fn the_step_is_near_its_bound() {
         println!("step, m {horizon}: {steady:.3}, four times {wild:.1e}");
         assert!((0.8..1.2).contains(&steady), "m {horizon}: {steady}");
         assert!(wild.is_nan() || wild > 10.0, "m {horizon}: {wild}");
+    }
+}
+
+/// Dashpots take what a body that rings loses, and nothing of one that flies and turns.
+#[test]
+fn dashpots_take_what_a_ringing_body_loses() {
+    let damping = PeridynamicDamping { bonds: 0.1, air: 0.0 };
+    for (what, strain, spins) in [("rings", 2e-3, 0.0), ("flies and turns", 0.0, 1.0)] {
+        let mut body = thrown(PeridynamicLaw { damping, ..elastic() }, strain);
+        for p in 0..body.places.len() {
+            let x = body.places[p];
+            body.velocities[p] =
+                Vec3::new(3.0, -1.0, 2.0) + Vec3::new(5.0, 20.0, -8.0).cross(&x) * spins;
+        }
+        body.strain();
+        let (dt, start) = (body.stable_step(), body.sums());
+        let mut damped = 0.0;
+        for _ in 0..1000 {
+            damped += body.advance(dt, |_, v| v).damped;
+        }
+        let mut end = body.sums();
+        let ahead = body.velocities.iter().zip(&body.forces).map(|(v, f)| v.dot(f));
+        end.kinetic += 0.5 * dt * ahead.sum::<f64>();
+        let lost = start.kinetic + start.elastic - end.kinetic - end.elastic;
+        println!(
+            "Dashpots, {what}: {damped:.4} J of {:.4} J taken, {lost:.4} J lost",
+            start.elastic
+        );
+        let scale = end.kinetic.sqrt() * (1.0_f64 * 0.7).sqrt();
+        assert!((end.momentum - start.momentum).norm() < 1e-12 * scale, "{what}");
+        if strain > 0.0 {
+            assert!(damped > 0.8 * start.elastic, "{damped} J of {} J", start.elastic);
+            assert!((damped / lost - 1.0).abs() < 0.02, "{damped} J, {lost} J");
+        } else {
+            assert!(damped < 1e-4 * start.kinetic, "{damped} J");
+        }
+    }
+}
+
+/// F83: what the air takes does not depend on the step: v₀ exp(−λt), and it is booked.
+#[test]
+fn f83_air_slows_alike_with_any_step() {
+    let damping = PeridynamicDamping { bonds: 0.0, air: 4e3 };
+    for factor in [1.0, 0.5, 0.25] {
+        let mut body = block([6, 6, 6], 0.01, 0.1, 3.015, PeridynamicLaw { damping, ..elastic() });
+        body.velocities.iter_mut().for_each(|v| *v = Vec3::new(3.0, -1.0, 2.0));
+        body.strain();
+        let (dt, start) = (factor * body.stable_step(), body.sums());
+        let steps = (100.0 / factor) as u32;
+        let damped: f64 = (0..steps).map(|_| body.advance(dt, |_, v| v).damped).sum();
+        let (end, time) = (body.sums(), dt * f64::from(steps));
+        let share = end.momentum.norm() / start.momentum.norm();
+        println!("F83, {factor} of the step: {share:.9} of the momentum is left");
+        assert!((share / (-4e3 * time).exp() - 1.0).abs() < 1e-10, "{factor}: {share}");
+        assert!(share < 0.5, "{share}");
+        let lost = start.kinetic - end.kinetic;
+        assert!((damped / lost - 1.0).abs() < 1e-6, "{factor}: {damped} J, {lost} J");
     }
 }
