@@ -71,6 +71,8 @@ pub struct MaterialPoint {
     pub deviation: f64,
     /// ε_p \[1\].
     pub plastic: f64,
+    /// D of [`crate::law::DuctileFailure`] \[1\].
+    pub ductile: f64,
     /// Share of its bonds that is gone, φ = 1 − Σwk \[1\].
     pub damage: f64,
 }

@@ -24,10 +24,37 @@ pub struct PeridynamicLaw {
     pub hardening: Option<Hardening>,
     /// How it breaks, where it does.
     pub breaking: Option<BondBreaking>,
+    /// How it breaks by flowing, where it does.
+    pub ductile: Option<DuctileFailure>,
+    /// γ: an element flows up to this plastic stretch and is elastic beyond, where there is a limit:
+    /// √(5Σwe_p²), which is the plastic strain where that is along one axis \[1\]. The paper limits
+    /// each bond (its Fig. 5).
+    pub max_plastic_stretch: Option<f64>,
     /// How points that have lost bonds push each other, where they do.
     pub contact: Option<PartedContact>,
     /// What slows it.
     pub damping: PeridynamicDamping,
+}
+
+/// Failure by flow: bonds in tension break where D = ΣΔε_p/ε_f reaches 1 on the mean of their ends,
+/// ε_f = D₁ + D₂ exp(D₃η) with the triaxiality η, mean over equivalent stress (Johnson and Cook
+/// 1985, without rate and heat).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DuctileFailure {
+    /// D₁ \[1\].
+    pub least: f64,
+    /// D₂ \[1\].
+    pub more: f64,
+    /// D₃, less than 0: what is pulled all round fails sooner \[1\].
+    pub triaxiality: f64,
+}
+
+impl DuctileFailure {
+    /// ε_f at a triaxiality \[1\].
+    #[must_use]
+    pub fn strain(&self, triaxiality: f64) -> f64 {
+        self.least + self.more * libm::exp(self.triaxiality * triaxiality)
+    }
 }
 
 /// What slows a body.
@@ -70,7 +97,7 @@ impl BondBreaking {
 
     /// What is left of a bond at an elastic stretch \[1\].
     #[must_use]
-    pub fn left(&self, stretch: f64, critical: f64) -> f64 {
+    pub fn left(stretch: f64, critical: f64) -> f64 {
         if stretch <= 0.5 * critical { 1.0 } else { (critical / stretch - 1.0).max(0.0) }
     }
 }
@@ -86,6 +113,15 @@ pub struct Yielded {
     pub work: f64,
 }
 
+/// Sums over a point's bonds, over Σwk, of what has flowed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlowedSums {
+    /// Σwke_p² \[1\].
+    pub square: f64,
+    /// Σwke_pz \[1\].
+    pub product: f64,
+}
+
 impl PeridynamicLaw {
     /// Of Young's modulus \[Pa\] and Poisson's ratio.
     #[must_use]
@@ -97,6 +133,8 @@ impl PeridynamicLaw {
             shear: young / (2.0 * (1.0 + poisson)),
             hardening: None,
             breaking: None,
+            ductile: None,
+            max_plastic_stretch: None,
             contact: None,
             damping: PeridynamicDamping::default(),
         }
@@ -111,6 +149,14 @@ impl PeridynamicLaw {
         positive("the density [kg/m^3]", self.density)?;
         positive("the bulk modulus [Pa]", self.bulk)?;
         positive("the shear modulus [Pa]", self.shear)?;
+        if let Some(limit) = self.max_plastic_stretch {
+            positive("the greatest plastic stretch", limit)?;
+        }
+        if let Some(ductile) = self.ductile {
+            // Between what shells and what deep notches have.
+            positive("the failure strain at a triaxiality of -2/3", ductile.strain(-2.0 / 3.0))?;
+            positive("the failure strain at a triaxiality of 3", ductile.strain(3.0))?;
+        }
         let PeridynamicDamping { bonds, air } = self.damping;
         let fine = |x: f64| x.is_finite() && x >= 0.0;
         match (fine(bonds), fine(air)) {
@@ -169,6 +215,24 @@ impl PeridynamicLaw {
         let borne = trial - 3.0 * self.shear * strain;
         let work = 0.5 * (trial + borne) * strain;
         Some(Yielded { left: borne / trial, strain, work })
+    }
+
+    /// A return of a point with the deviation Σwz² that goes no further than the limit of plastic
+    /// stretch.
+    #[must_use]
+    pub fn limited(&self, full: Yielded, deviation: f64, flowed: &FlowedSums) -> Yielded {
+        let Some(limit) = self.max_plastic_stretch else { return full };
+        // Σw(e_p + sz)² is to be γ²/5 at most, s = 1 − r.
+        let room = 0.2 * limit * limit - flowed.square;
+        let after = |s: f64| s * (2.0 * flowed.product + s * deviation);
+        if after(1.0 - full.left) <= room {
+            return full;
+        }
+        let root = (flowed.product * flowed.product + deviation * room).max(0.0).sqrt();
+        let share = ((root - flowed.product) / deviation).clamp(0.0, 1.0 - full.left);
+        let trial = self.equivalent_stress(deviation);
+        let strain = share * trial / (3.0 * self.shear);
+        Yielded { left: 1.0 - share, strain, work: trial * (1.0 - 0.5 * share) * strain }
     }
 }
 

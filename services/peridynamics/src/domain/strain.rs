@@ -69,7 +69,9 @@ impl PeridynamicDomain {
 
     /// The same after a step of `dt` \[s\] with the velocities as they are.
     pub(super) fn strain_after(&mut self, dt: f64) -> BondTally {
-        self.make_room(self.law.breaking.is_some(), self.law.hardening.is_some());
+        let law = &self.law;
+        let breaks = law.breaking.is_some() || law.ductile.is_some();
+        self.make_room(breaks, law.hardening.is_some());
         let frame = self.frame();
         self.turn = frame.turn;
         self.pack(&frame);
@@ -110,7 +112,7 @@ impl PeridynamicDomain {
             for (packed, u) in record.0[4..7].iter_mut().zip(moved.iter()) {
                 *packed = if u.abs() < STILL || state.damage >= 1.0 { 0.0 } else { *u as f32 };
             }
-            record.0[7] = state.damage as f32;
+            [record.0[3], record.0[7]] = [state.ductile as f32, state.damage as f32];
         });
     }
 
@@ -133,6 +135,8 @@ impl PeridynamicDomain {
             records: &body.records,
             flowed: [&body.flowed[0], &body.flowed[1]],
             breaking: body.law.breaking.map(|how| (how, body.critical)),
+            ductile: body.law.ductile.is_some(),
+            limited: body.law.max_plastic_stretch.is_some(),
         };
         let tallies: Vec<BondTally> = blocks
             .into_par_iter()
@@ -173,14 +177,21 @@ impl PeridynamicDomain {
             }
             let whole = f64::from(sums.whole) / f64::from(self.totals[point]);
             let mut shrink = 1.0;
-            if let Some(yielded) = self.law.yields(f64::from(sums.deviation), state.plastic) {
+            let deviation = f64::from(sums.deviation);
+            if let Some(yielded) = self.law.yields(deviation, state.plastic) {
+                let yielded = self.law.limited(yielded, deviation, &sums.flowed);
                 shrink = yielded.left as f32;
                 state.plastic += yielded.strain;
+                if let Some(ductile) = self.law.ductile {
+                    let borne = yielded.left * self.law.equivalent_stress(deviation);
+                    let triaxiality = 3.0 * self.law.bulk * f64::from(sums.mean) / borne;
+                    state.ductile += yielded.strain / ductile.strain(triaxiality);
+                }
                 tally.plastic += self.volumes[point] * whole * yielded.work;
                 tally.yielding += 1;
             }
             let left = f64::from(shrink) * f64::from(shrink);
-            state.deviation = whole * left * f64::from(sums.deviation);
+            state.deviation = whole * left * deviation;
             (state.mean, state.damage) = (f64::from(sums.mean), 1.0 - whole);
             *response = [sums.mean, shrink];
         }

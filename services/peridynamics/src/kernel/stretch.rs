@@ -2,19 +2,23 @@
 
 use super::{ABREAST, BondShape, lanes};
 use crate::bonds::{BondGraph, BondSlot};
-use crate::law::BondBreaking;
+use crate::law::{BondBreaking, FlowedSums};
 use cullet_simd::{LANES, LaneRows, Lanes, PackedRecord, sum_lanes};
-use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16};
 
 /// What the first pass reads.
 pub(crate) struct StretchPass<'a> {
     pub(crate) bonds: &'a BondGraph,
-    /// Place at rest, nothing, displacement and damage.
+    /// Place at rest, ductile damage, displacement and damage.
     pub(crate) records: &'a [PackedRecord],
     /// e_p of each bond, then the other end's; empty where nothing flows \[1\].
     pub(crate) flowed: [&'a [Lanes<f32>]; 2],
     /// How bonds soften, and s_c, where they do.
     pub(crate) breaking: Option<(BondBreaking, f64)>,
+    /// Whether they break by flow.
+    pub(crate) ductile: bool,
+    /// Whether sums over what has flowed are wanted.
+    pub(crate) limited: bool,
 }
 
 /// Sums over a point's bonds.
@@ -26,12 +30,8 @@ pub(crate) struct BondSums {
     pub(crate) mean: f32,
     /// Σwk(x − x̄)²/Σwk \[1\].
     pub(crate) deviation: f32,
-}
-
-/// How the bonds of a group soften.
-struct BreakingGroup<'a> {
-    breaking: &'a BondBreaking,
-    group: usize,
+    /// Where wanted.
+    pub(crate) flowed: FlowedSums,
 }
 
 /// Some groups of a point.
@@ -59,7 +59,7 @@ impl StretchPass<'_> {
         before: &mut Vec<(BondSlot, f32)>,
     ) -> BondSums {
         let zero = f32x16::splat(simd, 0.0);
-        let mut sums = [zero; 3];
+        let mut sums = [zero; 6];
         let mut groups = self.bonds.groups(point);
         let mut at = PointGroups { point, first: groups.start, origin: groups.start, about };
         while groups.len() >= ABREAST {
@@ -72,7 +72,7 @@ impl StretchPass<'_> {
             self.groups::<S, 1>(simd, &at, left, before, &mut sums);
             groups.start += 1;
         }
-        let [whole, first, second] = sums;
+        let [whole, first, second, e, ex, ee] = sums;
         let (whole, first) = (sum_lanes(simd, whole), sum_lanes(simd, first));
         let second = sum_lanes(simd, second);
         if whole <= 0.0 {
@@ -80,10 +80,16 @@ impl StretchPass<'_> {
         }
         let shift = first / whole;
         let deviation = (second / whole - shift * shift).max(0.0);
-        BondSums { whole, mean: about + shift, deviation }
+        let mut flowed = FlowedSums::default();
+        if self.limited {
+            let mean = |sum| f64::from(sum_lanes(simd, sum)) / f64::from(whole);
+            let product = mean(ex) - mean(e) * f64::from(shift);
+            flowed = FlowedSums { square: mean(ee), product };
+        }
+        BondSums { whole, mean: about + shift, deviation, flowed }
     }
 
-    /// Adds up Σwk, Σwkx and Σwkx² of `N` groups, x from `about`.
+    /// Adds up Σwk, Σwkx, Σwkx², and where wanted Σwke, Σwkex and Σwke² of `N` groups, x from `about`.
     #[inline(always)]
     fn groups<S: Simd, const N: usize>(
         &self,
@@ -91,7 +97,7 @@ impl StretchPass<'_> {
         at: &PointGroups,
         left: &mut [Lanes<f32>],
         before: &mut Vec<(BondSlot, f32)>,
-        sums: &mut [f32x16<S>; 3],
+        sums: &mut [f32x16<S>; 6],
     ) {
         let own = &self.records[at.point];
         let shape = BondShape::<S, N>::of(simd, self.records, own, self.bonds, at.first);
@@ -112,6 +118,15 @@ impl StretchPass<'_> {
             sums[1] += product.0[k];
             sums[2] += square.0[k];
         }
+        if self.limited && !self.flowed[0].is_empty() {
+            let e = lanes(simd, self.flowed[0], at.first);
+            let (own, cross, square) = (weight * e, product * e, weight * e * e);
+            for k in 0..N {
+                sums[3] += own.0[k];
+                sums[4] += cross.0[k];
+                sums[5] += square.0[k];
+            }
+        }
     }
 
     /// Softens bonds by their elastic stretch, the mean of both ends'.
@@ -124,7 +139,6 @@ impl StretchPass<'_> {
         left: &mut [Lanes<f32>],
         before: &mut Vec<(BondSlot, f32)>,
     ) {
-        let Some((breaking, critical)) = &self.breaking else { return };
         let half = LaneRows::splat(simd, 0.5);
         let mut elastic = shape.stretch;
         if !self.flowed[0].is_empty() {
@@ -132,18 +146,28 @@ impl StretchPass<'_> {
             let back = lanes(simd, self.flowed[1], at.first);
             elastic = elastic - (own + back) * half;
         }
-        let damage = LaneRows::splat(simd, self.records[at.point].0[7]);
-        let dust = LaneRows::splat(simd, breaking.dust as f32);
-        let rise = (shape.other[1] + damage) * half * dust + LaneRows::splat(simd, 1.0);
-        let critical = rise * LaneRows::splat(simd, *critical as f32);
+        let [flow, damage] = [3, 7].map(|c| LaneRows::splat(simd, self.records[at.point].0[c]));
+        let mut critical = LaneRows::<S, N>::splat(simd, f32::MAX);
+        if let Some((breaking, limit)) = &self.breaking {
+            let dust = LaneRows::splat(simd, breaking.dust as f32);
+            let rise = (shape.other[1] + damage) * half * dust + LaneRows::splat(simd, 1.0);
+            critical = rise * LaneRows::splat(simd, *limit as f32);
+        }
+        if self.ductile {
+            // What has flowed too far bears no stretch at all.
+            let flow = (shape.other[0] + flow) * half;
+            let (one, zero) = (f32x16::splat(simd, 1.0), f32x16::splat(simd, 0.0));
+            for k in 0..N {
+                critical.0[k] = flow.0[k].simd_ge(one).select(zero, critical.0[k]);
+            }
+        }
         let soft = critical * half;
         for (k, left) in left.iter_mut().enumerate().take(N) {
             if elastic.0[k].simd_gt(soft.0[k]).any_true() {
                 let (mut stretches, mut limits) = ([0.0; LANES], [0.0; LANES]);
                 elastic.0[k].store_slice(&mut stretches);
                 critical.0[k].store_slice(&mut limits);
-                let softens = BreakingGroup { breaking, group: at.first + k };
-                self.soften_some([&stretches, &limits], &softens, left, before);
+                self.soften_some([&stretches, &limits], at.first + k, left, before);
             }
         }
     }
@@ -153,14 +177,13 @@ impl StretchPass<'_> {
     fn soften_some(
         &self,
         [elastic, critical]: [&[f32; LANES]; 2],
-        softens: &BreakingGroup<'_>,
+        group: usize,
         left: &mut Lanes<f32>,
         before: &mut Vec<(BondSlot, f32)>,
     ) {
-        let group = softens.group;
         for lane in 0..LANES {
             let [stretch, limit] = [elastic[lane], critical[lane]].map(f64::from);
-            let (now, old) = (softens.breaking.left(stretch, limit) as f32, left.0[lane]);
+            let (now, old) = (BondBreaking::left(stretch, limit) as f32, left.0[lane]);
             if now < old {
                 left.0[lane] = now;
                 if self.bonds.weights[group].0[lane] > 0.0 {

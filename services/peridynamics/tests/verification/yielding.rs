@@ -3,6 +3,7 @@
 use crate::block;
 use cullet_geometry::Vec3;
 use cullet_model::Hardening;
+use cullet_peridynamics::law::DuctileFailure;
 use cullet_peridynamics::{PeridynamicDomain, PeridynamicLaw};
 
 const YOUNG: f64 = 200e9;
@@ -18,6 +19,8 @@ struct Sample {
     body: PeridynamicDomain,
     start: Vec<Vec3>,
     middle: usize,
+    /// Strain across that the last pull found.
+    across: f64,
 }
 
 impl Sample {
@@ -25,7 +28,7 @@ impl Sample {
         let body = block([9, 9, 9], 1e-3, 0.1, 3.015, law);
         let start = body.places.clone();
         let middle = (0..start.len()).min_by(|&a, &b| start[a].norm().total_cmp(&start[b].norm()));
-        Self { body, start, middle: middle.expect("a point") }
+        Self { body, start, middle: middle.expect("a point"), across: 0.0 }
     }
 
     fn place(body: &mut PeridynamicDomain, start: &[Vec3], along: f64, across: f64) {
@@ -46,7 +49,8 @@ impl Sample {
             let pulls = stress[(0, 0)] + stress[(1, 1)] > 0.0;
             *(if pulls { &mut high } else { &mut low }) = middle;
         }
-        Self::place(&mut self.body, &self.start, along, 0.5 * (low + high));
+        self.across = 0.5 * (low + high);
+        Self::place(&mut self.body, &self.start, along, self.across);
         self.body.stress(self.middle)[(2, 2)]
     }
 }
@@ -113,4 +117,81 @@ fn what_flows_far_loses_volume() {
         println!("C6: strained by {along}, {volume:.4} of the volume is left");
         assert!((low..high).contains(&volume), "{along}: {volume}");
     }
+}
+
+/// γ: what is pulled flows up to it, and is elastic beyond; drawn back it flows again.
+#[test]
+fn a_point_flows_up_to_its_limit() {
+    for limit in [5e-3, 1e-2] {
+        let law = PeridynamicLaw { max_plastic_stretch: Some(limit), ..steel(200e6, 0.0) };
+        let mut sample = Sample::new(law);
+        let steps = |sample: &mut Sample, from: f64, to: f64| {
+            let at = |k: i32| from + (to - from) * f64::from(k) / 20.0;
+            let stresses: Vec<f64> = (1..=20).map(|k| sample.pull(at(k))).collect();
+            (stresses[19] - stresses[15]) / (at(20) - at(16)) / YOUNG
+        };
+        let slope = steps(&mut sample, 0.0, 2.5 * limit);
+        let plastic = sample.body.states[sample.middle].plastic;
+        println!("γ {limit}: flowed {plastic:.5}, then {slope:.4} E");
+        assert!((plastic / limit - 1.0).abs() < 0.03, "{limit}: {plastic}");
+        // Linear extensions of longer bonds are stiffer by one and a half of their strain.
+        assert!((slope - 1.0).abs() < 0.01 + 1.5 * 2.5 * limit, "{limit}: {slope} E");
+        // As far back again, and as far to the other side.
+        steps(&mut sample, 2.5 * limit, -2.5 * limit);
+        let all = sample.body.states[sample.middle].plastic;
+        println!("γ {limit}: flowed {all:.5} when pressed");
+        assert!((all / (3.0 * limit) - 1.0).abs() < 0.05, "{limit}: {all}");
+    }
+}
+
+/// A point that is pulled fails at Johnson and Cook's strain for its triaxiality of 1/3: its bonds
+/// along the load break, not those across, which are pressed. One that is pressed by as much has
+/// less damage by the ratio of both strains.
+#[test]
+fn what_flows_too_far_breaks_in_tension() {
+    let ductile = DuctileFailure { least: 2e-3, more: 1e-2, triaxiality: -1.5 };
+    let law = PeridynamicLaw { ductile: Some(ductile), ..steel(200e6, 1e9) };
+    let mut sample = Sample::new(law);
+    let due = ductile.strain(1.0 / 3.0);
+    let mut along = 0.0;
+    let state = |sample: &Sample| sample.body.states[sample.middle];
+    while state(&sample).ductile < 1.0 && along < 0.05 {
+        along += 1e-4;
+        sample.pull(along);
+        assert_eq!(state(&sample).damage, 0.0);
+    }
+    let fails = state(&sample).plastic;
+    println!("Ductile: fails at {fails:.5}, due {due:.5}");
+    assert!((fails / due - 1.0).abs() < 0.03, "fails at {fails}, due {due}");
+    Sample::place(&mut sample.body, &sample.start, along, sample.across);
+    let body = &sample.body;
+    let of = |broken: bool| {
+        let bonds = body.bonds.of(sample.middle).filter(|&b| (body.left(b) == 0.0) == broken);
+        let slopes = bonds.map(|b| {
+            let xi = sample.start[b.end] - sample.start[sample.middle];
+            xi.z.abs() / xi.norm()
+        });
+        slopes.collect::<Vec<f64>>()
+    };
+    let (broken, whole) = (of(true), of(false));
+    let least = broken.iter().copied().fold(1.0, f64::min);
+    let most = whole.iter().copied().fold(0.0, f64::max);
+    println!(
+        "Ductile: {} broken from {least:.2}, {} whole up to {most:.2}",
+        broken.len(),
+        whole.len()
+    );
+    assert!(broken.len() > 20 && whole.len() > 20, "{} {}", broken.len(), whole.len());
+    assert!(least > 0.4 && most < 0.6, "{least}, {most}");
+    let damage = |sign: f64| {
+        let mut sample = Sample::new(law);
+        for k in 1..=10 {
+            sample.pull(sign * 4e-4 * f64::from(k));
+        }
+        let state = sample.body.states[sample.middle];
+        state.ductile / state.plastic
+    };
+    let ratio = damage(1.0) / damage(-1.0) * ductile.strain(1.0 / 3.0) / ductile.strain(-1.0 / 3.0);
+    println!("Ductile: damage pulled over pressed {ratio:.4} of what is due");
+    assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
 }
