@@ -3,6 +3,7 @@
 mod fit;
 pub(crate) mod neighbours;
 
+use crate::anisotropy::{QUARTIC, isotropic};
 use cullet_geometry::Vec3;
 use cullet_simd::{LANES, Lanes, SimdLevel, WINDOW, sum_lanes};
 use fearless_simd::{SimdBase, dispatch, f32x16};
@@ -96,7 +97,8 @@ pub struct BondGraph {
     pub(crate) weights: Vec<Lanes<f32>>,
     /// The same of the other end.
     pub(crate) back_weights: Vec<Lanes<f32>>,
-    /// Points whose bonds no positive weights make isotropic: at edges, corners and in thin places.
+    /// Points whose bonds no positive weights fit to the moments: at edges, corners and in thin
+    /// places.
     pub loose: usize,
 }
 
@@ -127,6 +129,20 @@ impl BondGraph {
     /// If a point has too few bonds, there are too many, two points coincide, or the horizon or a
     /// volume \[m³\] is none.
     pub fn new(places: &[Vec3], volumes: &[f64], horizon: f64) -> Result<Self, BondError> {
+        Self::with_moments(places, volumes, horizon, &isotropic())
+    }
+
+    /// The same with weights whose fourth moments Σw n⊗n⊗n⊗n are `moments`.
+    ///
+    /// # Errors
+    ///
+    /// As [`BondGraph::new`].
+    pub fn with_moments(
+        places: &[Vec3],
+        volumes: &[f64],
+        horizon: f64,
+        moments: &[f64; QUARTIC],
+    ) -> Result<Self, BondError> {
         positive("the horizon [m]", horizon)?;
         if places.is_empty() || places.len() != volumes.len() {
             return Err(BondError::Unequal { points: places.len(), volumes: volumes.len() });
@@ -149,7 +165,7 @@ impl BondGraph {
         let groups: Vec<u32> = (0..places.len()).into_par_iter().map(groups).collect();
         fit(groups.iter().map(|&n| u64::from(n) * LANES as u64).sum())?;
         let mut graph = Self::empty(&groups);
-        graph.fill(&order, places, volumes)?;
+        graph.fill(&order, places, volumes, moments)?;
         graph.look_back();
         Ok(graph)
     }
@@ -172,6 +188,7 @@ impl BondGraph {
         order: &CellOrder<'_>,
         places: &[Vec3],
         volumes: &[f64],
+        moments: &[f64; QUARTIC],
     ) -> Result<(), BondError> {
         let mean = volumes.iter().sum::<f64>() / volumes.len() as f64;
         let (mut ends, mut weights) = (&mut self.ends[..], &mut self.weights[..]);
@@ -192,7 +209,7 @@ impl BondGraph {
             if bonds.iter().any(|(xi, _)| *xi == Vec3::zeros()) {
                 return Err(BondError::Coincident { point });
             }
-            let (found, fits) = fitted(&bonds);
+            let (found, fits) = fitted(&bonds, moments);
             let mut found = found.into_iter();
             let own = bases.iter_mut().zip(ends).zip(weights);
             for (((base, ends), weights), group) in own.zip(grouped(&near)) {

@@ -6,6 +6,7 @@ mod limits;
 mod strain;
 mod sums;
 
+use crate::anisotropy::isotropic;
 use crate::bonds::{BondError, BondGraph, BondSlot};
 use crate::law::PeridynamicLaw;
 use cullet_geometry::Vec3;
@@ -108,7 +109,8 @@ impl PeridynamicDomain {
         let rounded = |x: &Vec3| packed(x).map(f64::from) * horizon;
         let about: Vec<Vec3> = places.iter().map(rounded).collect();
         let places: Vec<Vec3> = about.iter().map(|x| x + middle).collect();
-        let bonds = BondGraph::new(&places, &volumes, horizon)?;
+        let moments = law.anisotropy.map_or_else(isotropic, |how| how.quartic);
+        let bonds = BondGraph::with_moments(&places, &volumes, horizon, &moments)?;
         let points = places.len();
         let mean = about.iter().sum::<Vec3>() / points as f64;
         let mut body = Self {

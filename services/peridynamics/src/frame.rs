@@ -27,17 +27,19 @@ impl CorotatedFrame {
         let (Some(&origin), Some(&rest)) = (places.first(), reference.first()) else {
             return Self { centre: Vec3::zeros(), turn: *last };
         };
-        type Sums = (Vec3, Vec3, Mat3);
-        let add = |a: Sums, b: Sums| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
-        let sums: Vec<Sums> = places
+        type FrameSums = (Vec3, Vec3, Mat3);
+        let add = |a: FrameSums, b: FrameSums| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
+        let sums: Vec<FrameSums> = places
             .par_chunks(CHUNK)
             .zip(reference.par_chunks(CHUNK))
             .map(|(places, reference)| {
                 let pairs = places.iter().zip(reference).map(|(x, at)| (x - origin, at - rest));
-                pairs.fold(Sums::default(), |sum, (x, at)| add(sum, (x, at, x * at.transpose())))
+                pairs.fold(FrameSums::default(), |sum, (x, at)| {
+                    add(sum, (x, at, x * at.transpose()))
+                })
             })
             .collect();
-        let (sum, own, product) = sums.into_iter().fold(Sums::default(), add);
+        let (sum, own, product) = sums.into_iter().fold(FrameSums::default(), add);
         let (mean, own) = (sum / places.len() as f64, own / places.len() as f64);
         let turn = nearest_rotation(&(product - sum * own.transpose())).unwrap_or(*last);
         Self { centre: origin + mean - turn * (rest + own), turn }

@@ -1,5 +1,6 @@
 //! What a point bears: Hooke's law and von Mises' yield on its bonds together.
 
+use crate::anisotropy::BondAnisotropy;
 use crate::bonds::{BondError, positive};
 use cullet_model::Hardening;
 
@@ -26,10 +27,12 @@ pub struct PeridynamicLaw {
     pub breaking: Option<BondBreaking>,
     /// How it breaks by flowing, where it does.
     pub ductile: Option<DuctileFailure>,
-    /// γ: an element flows up to this plastic stretch and is elastic beyond, where there is a limit:
-    /// √(5Σwe_p²), which is the plastic strain where that is along one axis \[1\]. The paper limits
-    /// each bond (its Fig. 5).
+    /// γ, where there is one: a point flows up to this plastic stretch and is elastic beyond. It is
+    /// √(5Σwe_p²), the plastic strain where that is along one axis \[1\]. The paper limits each bond
+    /// (its Fig. 5).
     pub max_plastic_stretch: Option<f64>,
+    /// In which directions it is stiffer or stronger, where it is.
+    pub anisotropy: Option<BondAnisotropy>,
     /// How points that have lost bonds push each other, where they do.
     pub contact: Option<PartedContact>,
     /// What slows it.
@@ -134,6 +137,7 @@ impl PeridynamicLaw {
             hardening: None,
             breaking: None,
             ductile: None,
+            anisotropy: None,
             max_plastic_stretch: None,
             contact: None,
             damping: PeridynamicDamping::default(),
@@ -151,6 +155,10 @@ impl PeridynamicLaw {
         positive("the shear modulus [Pa]", self.shear)?;
         if let Some(limit) = self.max_plastic_stretch {
             positive("the greatest plastic stretch", limit)?;
+        }
+        if let Some(anisotropy) = self.anisotropy {
+            positive("the ratio of strengths", anisotropy.strength)?;
+            positive("the length of the axis of strength", anisotropy.axis.norm())?;
         }
         if let Some(ductile) = self.ductile {
             // Between what shells and what deep notches have.

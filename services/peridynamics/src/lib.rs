@@ -18,6 +18,7 @@
 //! It holds for small strains, elastic and plastic: extensions are linear, so that what flows loses
 //! volume, 1 % at a plastic strain of 0.1.
 
+pub mod anisotropy;
 pub mod bonds;
 pub mod domain;
 mod frame;

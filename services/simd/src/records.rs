@@ -9,8 +9,8 @@ use std::ops::{Add, Mul, Sub};
 #[repr(C, align(32))]
 pub struct PackedRecord(pub [f32; 8]);
 
-/// Records from which sixteen are read by numbers of 16 bits: none can lie behind the last, and none
-/// has to be checked.
+/// Records from which sixteen are read by numbers of 16 bits: none can lie behind the last, and
+/// none has to be checked.
 pub type RecordWindow = [PackedRecord; WINDOW];
 
 /// Records of a window.

@@ -1,10 +1,8 @@
 //! Weights of a point's bonds, fitted to fourth moments.
 
+use crate::anisotropy::{self, QUARTIC};
 use cullet_geometry::Vec3;
 use nalgebra::{SMatrix, SVector};
-
-/// Components of a symmetric tensor of fourth order.
-const MOMENTS: usize = 15;
 
 /// A weight is no less than this share of what it was before the fit.
 const LEAST_SHARE: f64 = 0.2;
@@ -15,48 +13,34 @@ const FIRST: f64 = 1e-12;
 const GROWTH: f64 = 10.0;
 const LAST: f64 = 1e6;
 
-/// Greatest miss of a moment with which bonds still count as isotropic.
+/// Greatest miss of a moment with which bonds still count as fitted.
 const TIGHT: f64 = 1e-6;
 
-/// Indices a ≤ b ≤ c ≤ d of the components.
-fn indices() -> impl Iterator<Item = [usize; 4]> {
-    (0..81)
-        .map(|k| [k / 27, k / 9 % 3, k / 3 % 3, k % 3])
-        .filter(|[a, b, c, d]| a <= b && b <= c && c <= d)
-}
-
 /// n_a n_b n_c n_d.
-fn components(n: &Vec3) -> SVector<f64, MOMENTS> {
-    SVector::from_iterator(indices().map(|[a, b, c, d]| n[a] * n[b] * n[c] * n[d]))
-}
-
-/// (δ_ab δ_cd + δ_ac δ_bd + δ_ad δ_bc)/15.
-fn isotropic() -> SVector<f64, MOMENTS> {
-    let delta = |a: usize, b: usize| f64::from(u8::from(a == b));
-    SVector::from_iterator(indices().map(|[a, b, c, d]| {
-        (delta(a, b) * delta(c, d) + delta(a, c) * delta(b, d) + delta(a, d) * delta(b, c)) / 15.0
-    }))
+fn components(n: &Vec3) -> SVector<f64, QUARTIC> {
+    SVector::from(anisotropy::components(n))
 }
 
 /// Weights of bonds ξ to points of the volumes V, Σw = 1: l₀V times a quartic form in n = ξ/l₀ that
-/// makes Σw n⊗n⊗n⊗n isotropic. Where some would be too small the form is held back; whether it was
-/// not.
-pub(super) fn fitted(bonds: &[(Vec3, f64)]) -> (Vec<f64>, bool) {
+/// makes Σw n⊗n⊗n⊗n the `target`. Where some would be too small the form is held back; whether it
+/// was not.
+pub(super) fn fitted(bonds: &[(Vec3, f64)], target: &[f64; QUARTIC]) -> (Vec<f64>, bool) {
+    let target = SVector::from(*target);
     let plain: Vec<f64> = bonds.iter().map(|(xi, volume)| xi.norm() * volume).collect();
     let sum: f64 = plain.iter().sum();
     let plain: Vec<f64> = plain.into_iter().map(|w| w / sum).collect();
     let forms: Vec<_> = bonds.iter().map(|(xi, _)| components(&(xi / xi.norm()))).collect();
-    let mut matrix = SMatrix::<f64, MOMENTS, MOMENTS>::zeros();
-    let mut missing = isotropic();
+    let mut matrix = SMatrix::<f64, QUARTIC, QUARTIC>::zeros();
+    let mut missing = target;
     for (w, form) in plain.iter().zip(&forms) {
-        for row in 0..MOMENTS {
-            for column in 0..MOMENTS {
+        for row in 0..QUARTIC {
+            for column in 0..QUARTIC {
                 matrix[(row, column)] += w * form[row] * form[column];
             }
         }
         missing -= form * *w;
     }
-    let mean = matrix.trace() / MOMENTS as f64;
+    let mean = matrix.trace() / QUARTIC as f64;
     let mut held = FIRST;
     while held < LAST {
         let solved = (matrix + SMatrix::identity() * (held * mean)).cholesky();
@@ -67,7 +51,7 @@ pub(super) fn fitted(bonds: &[(Vec3, f64)]) -> (Vec<f64>, bool) {
                 let sum: f64 = weights.iter().sum();
                 let weights: Vec<f64> = weights.into_iter().map(|w| w / sum).collect();
                 let found = weights.iter().zip(&forms).map(|(w, form)| form * *w);
-                let miss = (isotropic() - found.sum::<SVector<f64, MOMENTS>>()).amax();
+                let miss = (target - found.sum::<SVector<f64, QUARTIC>>()).amax();
                 return (weights, miss <= TIGHT);
             }
         }
@@ -78,8 +62,13 @@ pub(super) fn fitted(bonds: &[(Vec3, f64)]) -> (Vec<f64>, bool) {
 
 #[cfg(test)]
 mod tests {
-    use super::{components, fitted, isotropic};
+    use super::components;
+    use crate::anisotropy;
     use cullet_geometry::Vec3;
+
+    fn fitted(bonds: &[(Vec3, f64)]) -> (Vec<f64>, bool) {
+        super::fitted(bonds, &anisotropy::isotropic())
+    }
 
     /// Bonds of a point of a lattice within `horizon`, in front of a plane.
     fn bonds(horizon: f64, front: impl Fn(&Vec3) -> bool) -> Vec<(Vec3, f64)> {
@@ -91,7 +80,7 @@ mod tests {
 
     /// Greatest miss of a fourth moment.
     fn miss(bonds: &[(Vec3, f64)], weights: &[f64]) -> f64 {
-        let mut sum = -isotropic();
+        let mut sum = -nalgebra::SVector::from(anisotropy::isotropic());
         for ((xi, _), w) in bonds.iter().zip(weights) {
             sum += components(&(xi / xi.norm())) * *w;
         }

@@ -135,6 +135,7 @@ impl PeridynamicDomain {
             records: &body.records,
             flowed: [&body.flowed[0], &body.flowed[1]],
             breaking: body.law.breaking.map(|how| (how, body.critical)),
+            strength: body.law.anisotropy,
             ductile: body.law.ductile.is_some(),
             limited: body.law.max_plastic_stretch.is_some(),
         };

@@ -1,8 +1,10 @@
 //! The first pass: bonds soften, and the sums of each point are taken.
 
 use super::{ABREAST, BondShape, lanes};
+use crate::anisotropy::BondAnisotropy;
 use crate::bonds::{BondGraph, BondSlot};
 use crate::law::{BondBreaking, FlowedSums};
+use cullet_geometry::Vec3;
 use cullet_simd::{LANES, LaneRows, Lanes, PackedRecord, sum_lanes};
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16};
 
@@ -15,6 +17,8 @@ pub(crate) struct StretchPass<'a> {
     pub(crate) flowed: [&'a [Lanes<f32>]; 2],
     /// How bonds soften, and s_c, where they do.
     pub(crate) breaking: Option<(BondBreaking, f64)>,
+    /// In which direction they are stronger or weaker, where they are.
+    pub(crate) strength: Option<BondAnisotropy>,
     /// Whether they break by flow.
     pub(crate) ductile: bool,
     /// Whether sums over what has flowed are wanted.
@@ -89,7 +93,7 @@ impl StretchPass<'_> {
         BondSums { whole, mean: about + shift, deviation, flowed }
     }
 
-    /// Adds up Σwk, Σwkx, Σwkx², and where wanted Σwke, Σwkex and Σwke² of `N` groups, x from `about`.
+    /// Adds up Σwk, Σwkx, Σwkx² of `N` groups, x from `about`, and where wanted Σwke, Σwkex, Σwke².
     #[inline(always)]
     fn groups<S: Simd, const N: usize>(
         &self,
@@ -161,14 +165,39 @@ impl StretchPass<'_> {
                 critical.0[k] = flow.0[k].simd_ge(one).select(zero, critical.0[k]);
             }
         }
-        let soft = critical * half;
+        let least = self.strength.map_or(1.0, |how| how.strength.min(1.0));
+        let soft = critical * LaneRows::splat(simd, 0.5 * least as f32);
         for (k, left) in left.iter_mut().enumerate().take(N) {
             if elastic.0[k].simd_gt(soft.0[k]).any_true() {
                 let (mut stretches, mut limits) = ([0.0; LANES], [0.0; LANES]);
                 elastic.0[k].store_slice(&mut stretches);
                 critical.0[k].store_slice(&mut limits);
+                if let Some(how) = &self.strength {
+                    self.turn_limits(&mut limits, at, at.first + k, how);
+                }
                 self.soften_some([&stretches, &limits], at.first + k, left, before);
             }
+        }
+    }
+
+    /// Changes s_c of sixteen bonds by their directions at rest.
+    #[inline(never)]
+    fn turn_limits(
+        &self,
+        limits: &mut [f32; LANES],
+        at: &PointGroups,
+        group: usize,
+        how: &BondAnisotropy,
+    ) {
+        let place = |point: usize| {
+            let [x, y, z, ..] = self.records[point].0;
+            Vec3::new(f64::from(x), f64::from(y), f64::from(z))
+        };
+        let (own, axis) = (place(at.point), how.axis.normalize());
+        for (limit, end) in limits.iter_mut().zip(self.bonds.ends[group]) {
+            let rest = place(self.bonds.bases[group] as usize + end as usize) - own;
+            let along = rest.dot(&axis).powi(2) / rest.norm_squared();
+            *limit *= (1.0 - (1.0 - how.strength) * along) as f32;
         }
     }
 

@@ -8,14 +8,14 @@ use cullet_peridynamics::law::BondBreaking;
 const SPACING: f64 = 1e-3;
 const TOUGHNESS: f64 = 10.0;
 
-fn glass(poisson: f64, dust: f64) -> PeridynamicLaw {
+pub(crate) fn glass(poisson: f64, dust: f64) -> PeridynamicLaw {
     let breaking = Some(BondBreaking { fracture_energy: TOUGHNESS, dust });
     PeridynamicLaw { breaking, ..PeridynamicLaw::elastic(2500.0, 70e9, poisson) }
 }
 
 /// Energy over G_f and the area that it takes to move two halves of a block apart across a plane
 /// through its middle.
-fn opened(horizon: f64, law: PeridynamicLaw, normal: Vec3) -> f64 {
+pub(crate) fn opened(horizon: f64, law: PeridynamicLaw, normal: Vec3) -> f64 {
     let mut body = block([15, 15, 15], SPACING, 0.1, horizon, law);
     let (n, start) = (normal.normalize(), body.places.clone());
     let mut spent = 0.0;

@@ -96,8 +96,7 @@ fn a_body_hands_over_where_bonds_do_not_hold() {
     let found = stretched(flows, Vec3::new(1.5, 0.8165, 0.8165)).check();
     let far = |strain: f64| (0.3..0.6).contains(&strain);
     assert!(matches!(found, Err(StrainLimit::Plastic { strain, .. }) if far(strain)), "{found:?}");
-    // The linear extensions of a body that is pulled along one axis and held to its mean: at q̄ of 0
-    // it has lost volume.
+    // Extensions are linear: with a mean of 0 a body that is pulled far has lost volume.
     let found = stretched(law, Vec3::new(1.35, 0.81, 0.81)).check();
     assert!(matches!(found, Err(StrainLimit::Volume { drift }) if drift < -0.02), "{found:?}");
     let found = stretched(law, Vec3::repeat(0.5)).check();

@@ -1,5 +1,6 @@
 //! Bodies of points and bonds against formulas: C2, C5, C6, E2 and E11 of the catalogue.
 
+mod anisotropy;
 mod cracks;
 mod fragments;
 mod limits;
