@@ -88,12 +88,9 @@ impl<S: Simd, const N: usize> BondShape<S, N> {
         let now = square + grown;
         let least = square * square * LaneRows::splat(simd, LEAST_RATIO);
         let product = (square * now).max(least);
-        let inverse = product.reciprocal_root(simd);
-        // λ − 1 has the error of λ; one round of Newton's method on q(√(L|y|²) + L) = N takes it
-        // away.
-        let rough = now * inverse - LaneRows::splat(simd, 1.0);
-        let miss = grown - rough * (product * inverse + square);
-        let stretch = rough + miss * (inverse * LaneRows::splat(simd, 0.5));
+        let root = product.root();
+        let inverse = LaneRows::splat(simd, 1.0) / root;
+        let stretch = grown / (root + square);
         Self { along, stretch, inverse, other: [fourth, eighth] }
     }
 }

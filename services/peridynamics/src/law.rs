@@ -205,13 +205,21 @@ impl PeridynamicLaw {
     pub fn yields(&self, deviation: f64, plastic: f64) -> Option<Yielded> {
         let hardening = self.hardening?;
         let trial = self.equivalent_stress(deviation);
-        if trial <= hardening.stress(plastic).0 {
+        if trial <= hardening.yield_stress {
+            return None;
+        }
+        // Without the power, which takes longer than a dozen bonds.
+        let stress = |plastic: f64| match hardening.exponent == 1.0 {
+            true => (hardening.yield_stress + hardening.hardening * plastic, hardening.hardening),
+            false => hardening.stress(plastic),
+        };
+        if trial <= stress(plastic).0 {
             return None;
         }
         let most = trial / (3.0 * self.shear);
         let (mut low, mut high, mut strain) = (0.0, most, 0.0);
         for _ in 0..ROUNDS {
-            let (stress, slope) = hardening.stress(plastic + strain);
+            let (stress, slope) = stress(plastic + strain);
             let over = trial - 3.0 * self.shear * strain - stress;
             if over.abs() <= ENOUGH * stress {
                 break;
