@@ -9,5 +9,6 @@ mod appearance;
 mod coupling;
 mod fidelity;
 mod frontier;
+mod metal;
 mod scenes;
 mod specimens;

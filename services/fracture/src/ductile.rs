@@ -36,8 +36,9 @@ const BYTES: f64 = 1000.0;
 /// Particle-steps of a slice: some tens of milliseconds.
 const SLICE: u64 = 100_000;
 
-/// Steps between looks at the energy.
+/// Steps between checks of the energy, and of whether the push is over.
 const CHECK: u64 = 64;
+const LOOK: u64 = 16;
 
 /// Excess of energy over what was given, above which a solve has failed \[1\].
 const UNSTABLE: f64 = 0.1;
@@ -55,8 +56,8 @@ const APART_TRANSITS: f64 = 1.0;
 const QUIET_TRANSITS: f64 = 4.0;
 const REST_TRANSITS: f64 = 20.0;
 
-/// Greatest eigenvalue of C⁻¹ that the step follows: a point is then a twentieth as thick as it was,
-/// and its weights, which are those of the body at rest, say little \[1\].
+/// Greatest eigenvalue of C⁻¹ that the step follows: a point is then a twentieth as thick as it
+/// was, and its weights, which are those of the body at rest, say little \[1\].
 const THINNEST: f64 = 400.0;
 
 /// Share of the energy of the hits below which flow counts as none \[1\].
@@ -103,6 +104,8 @@ struct FlowSetup {
 struct FlowRecord {
     /// Plastic work \[J\].
     plastic: f64,
+    /// Energy that tearing took beside that \[J\].
+    torn: f64,
     /// When so much more had flowed as counts, and the plastic work then \[s\], \[J\].
     flowed: (f64, f64),
     /// Greatest eigenvalue of C⁻¹ so far \[1\].
@@ -199,7 +202,11 @@ fn striker(hit: &Impact, problem: &BrittleProblem, mesh: &TriMesh, spacing: f64)
         false => PressShape::Plane,
     };
     let place = (hit.point, hit.normal);
-    RigidPress::new(place, shape, (mobility, hit.closing_speed), hit.crushing_pressure)
+    let mut press =
+        RigidPress::new(place, shape, (mobility, hit.closing_speed), hit.crushing_pressure);
+    // It has no more to give than the world found: what it meets later is another hit.
+    press.left = hit.impulse;
+    press
 }
 
 impl Ductile {
@@ -256,6 +263,7 @@ impl Ductile {
             settling: KineticDamping::default(),
             record: FlowRecord {
                 plastic: 0.0,
+                torn: 0.0,
                 flowed: (0.0, 0.0),
                 thinnest: 1.0,
                 fastest: 0.0,
@@ -283,14 +291,22 @@ impl Ductile {
         let step = fresh.setup.step;
         fresh.domain.step = step;
         let warning = format!("{failure}: solved again with steps of {step:.3e} s (F76)");
-        fresh.record.warnings = self.record.warnings.iter().cloned().chain([warning]).collect();
+        fresh.record.warnings.push(warning);
         Some(fresh)
     }
 
+    /// Of the hits \[J\].
+    fn energy(&self) -> f64 {
+        self.problem.impacts.iter().map(|hit| hit.energy).sum()
+    }
+
+    /// Whether the budget of steps is spent.
+    fn is_spent(&self) -> bool {
+        self.domain.steps >= u64::from(self.problem.settings.max_steps)
+    }
+
     fn step(&mut self) -> Result<(), Failure> {
-        if self.domain.steps >= u64::from(self.problem.settings.max_steps) {
-            return Err(Failure::OutOfSteps { steps: self.domain.steps });
-        }
+        let energy = self.energy();
         self.domain.step = self.setup.step / self.record.thinnest.min(THINNEST).sqrt();
         let fastest = self.record.fastest.sqrt();
         if self.record.push_over.is_none() {
@@ -301,7 +317,7 @@ impl Ductile {
         let tally = self.domain.advance();
         let record = &mut self.record;
         record.plastic += tally.plastic;
-        let energy: f64 = self.problem.impacts.iter().map(|hit| hit.energy).sum();
+        record.torn += tally.dissipated;
         if record.plastic > record.flowed.1 + NO_FLOW * energy {
             record.flowed = (self.domain.time, record.plastic);
         }
@@ -325,12 +341,13 @@ impl Ductile {
     fn check(&mut self) -> Result<(), Failure> {
         let step = self.domain.steps;
         let held = self.domain.kinetic_energy() + self.domain.elastic_energy();
-        let found = held + self.record.plastic + self.settling.taken;
+        let found = held + self.record.plastic + self.record.torn + self.settling.taken;
         if !found.is_finite() {
             return Err(Failure::NotFinite { what: "the body's energy", step });
         }
         let given: f64 = self.presses().map(|it| it.lost - it.stored - it.crushed).sum();
-        let scale: f64 = self.problem.impacts.iter().map(|hit| hit.energy).sum();
+        let lost: f64 = self.strikers.iter().map(|it| it.lost).sum();
+        let scale = self.energy().max(lost);
         let off = (found - given) / scale;
         if off.abs() > self.record.energy_off.abs() {
             self.record.energy_off = off;
@@ -341,41 +358,50 @@ impl Ductile {
         Ok(())
     }
 
-    /// Whether nothing is to come from outside any more: each striker has parted for a while and does
-    /// not come on, or presses and nothing flows; or the push took longer than any should.
+    /// Whether nothing is to come from outside any more: each striker has given all, or has parted
+    /// for a while and does not come on, and each support has parted, or what presses makes nothing
+    /// flow; or the push took longer than any should.
     fn is_over(&mut self) -> bool {
         if self.record.push_over.is_some() {
             return true;
         }
         let time = self.domain.time;
-        let mass: f64 = self.domain.grid.nodes.mass.iter().sum();
-        let whole = self.domain.momentum() / mass;
+        let late = time > PUSH_TRANSITS * self.transit || self.is_spent();
+        if !late && !self.domain.steps.is_multiple_of(LOOK) {
+            return false;
+        }
+        let whole = self.domain.momentum() / self.domain.grid.nodes.mass.iter().sum::<f64>();
         // What is pressed and flows no further goes along with its striker.
         let (last, work) = self.record.flowed;
         let quiet = work > 0.0 && time - last > QUIET_TRANSITS * self.transit;
+        let apart =
+            |it: &RigidPress| time - it.touched.unwrap_or(0.0) > APART_TRANSITS * self.transit;
+        let rests = |it: &RigidPress| apart(it) || quiet;
         let parted = |it: &RigidPress| {
-            let apart = time - it.touched.unwrap_or(0.0) > APART_TRANSITS * self.transit;
-            if apart { it.speed <= whole.dot(&it.normal) } else { quiet }
+            let comes_on = it.speed > whole.dot(&it.normal);
+            it.left <= 0.0 || if apart(it) { !comes_on } else { quiet }
         };
-        let over = self.strikers.iter().all(parted);
-        if over || time > PUSH_TRANSITS * self.transit {
-            if !over {
-                let transits = PUSH_TRANSITS;
-                self.record.warnings.push(format!(
-                    "still pushed after {transits} of a wave's ways through the body: ended there"
-                ));
-            }
-            self.record.push_over = Some(time);
-            // Springs that are let go of take what they hold with them.
-            return true;
+        let over = self.strikers.iter().all(parted) && self.supports.iter().all(rests);
+        if !over && late {
+            self.record.warnings.push(format!(
+                "still pushed after {:.0} of a wave's ways through the body and {} steps: ended \
+                 there",
+                time / self.transit,
+                self.domain.steps
+            ));
         }
-        false
+        if over || late {
+            // Springs that are let go of take what they hold with them.
+            self.record.push_over = Some(time);
+        }
+        over || late
     }
 
     /// After the push: what comes of it, or nothing while the body still swings.
     fn close(&mut self) -> Result<Option<SolveOutcome>, Failure> {
         let since = self.domain.time - self.record.push_over.unwrap_or(0.0);
-        if !self.is_dented() || since > REST_TRANSITS * self.transit || self.settle() {
+        let late = since > REST_TRANSITS * self.transit || self.is_spent();
+        if late || !self.is_dented() || self.settle() {
             return self.finish().map(Some);
         }
         Ok(None)

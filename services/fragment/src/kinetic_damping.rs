@@ -48,8 +48,8 @@ impl WholeMotion {
 }
 
 impl KineticDamping {
-    /// After a step, with the masses \[kg\], places \[m\] and velocities \[m/s\] of all nodes, which
-    /// it changes: whether the body is at rest.
+    /// After a step, with the masses \[kg\], places \[m\] and velocities \[m/s\] of all nodes,
+    /// which it changes: whether the body is at rest.
     pub fn look(&mut self, masses: &[f64], places: &[Vec3], velocities: &mut [Vec3]) -> bool {
         let motion = WholeMotion::of(masses, places, velocities);
         let beside = velocities.iter().zip(places).zip(masses);

@@ -10,14 +10,25 @@ use cullet_model::Fragment;
 /// where it had come to, not where it was before the hit: one rigid motion of all makes up for
 /// both.
 pub fn balance(fragments: &mut [Fragment], pushes: &[(Vec3, Vec3)], density: f64) {
+    let sum = pushes.iter().map(|(_, impulse)| impulse).sum();
+    let about =
+        |centre: Vec3| pushes.iter().map(|(point, impulse)| (point - centre).cross(impulse)).sum();
+    carry(fragments, sum, about, density);
+}
+
+/// Makes fragments carry exactly a momentum \[kg·m/s\] and the angular momentum that `about` gives
+/// of their common centre \[kg·m²/s\].
+pub fn carry(
+    fragments: &mut [Fragment],
+    momentum: Vec3,
+    about: impl FnOnce(Vec3) -> Vec3,
+    density: f64,
+) {
     let own: Vec<_> = fragments.iter().map(|f| f.solid.mesh.mass_properties()).collect();
     let volume: f64 = own.iter().map(|p| p.volume).sum();
     let centre = own.iter().map(|p| p.centroid * p.volume).sum::<Vec3>() / volume;
-    let (mut linear, mut angular, mut inertia) = (Vec3::zeros(), Vec3::zeros(), Mat3::zeros());
-    for (point, impulse) in pushes {
-        linear += impulse / density;
-        angular += (point - centre).cross(impulse) / density;
-    }
+    let (mut linear, mut angular) = (momentum / density, about(centre) / density);
+    let mut inertia = Mat3::zeros();
     for (fragment, p) in fragments.iter().zip(&own) {
         let r = p.centroid - centre;
         linear -= fragment.velocity * p.volume;

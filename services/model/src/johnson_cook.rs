@@ -41,9 +41,9 @@ pub struct ThermalSoftening {
     pub heat_share: f64,
 }
 
-/// ε_f = (D₁ + D₂ exp(D₃η))(1 + D₄ ln ε̇/ε̇₀)(1 + D₅T*), η being the mean stress over the equivalent
-/// one; a point has torn where Σ Δε/ε_f reaches one, and has then lost its strength over a further
-/// opening that costs G_f.
+/// ε_f = (D₁ + D₂ exp(D₃η))(1 + D₄ ln ε̇/ε̇₀)(1 + D₅T*), η being the mean stress over the
+/// equivalent one. A point has torn where Σ Δε/ε_f reaches one, and has lost its strength after a
+/// further opening that costs G_f.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct DuctileFailure {
@@ -58,6 +58,14 @@ pub struct FlowHistory {
     pub strain: f64,
     /// T − T₀ \[K\].
     pub warming: f64,
+}
+
+impl DuctileFailure {
+    /// ε_f at a triaxiality, slow and cold \[1\].
+    #[must_use]
+    pub fn strain(&self, triaxiality: f64) -> f64 {
+        self.d[0] + self.d[1] * libm::exp(self.d[2] * triaxiality)
+    }
 }
 
 impl From<Hardening> for JohnsonCook {
@@ -128,11 +136,11 @@ impl JohnsonCook {
     /// triaxiality \[1\].
     #[must_use]
     pub fn spent(&self, strain: f64, rate: f64, triaxiality: f64, warming: f64) -> f64 {
-        let Some(DuctileFailure { d }) = self.failure else { return 0.0 };
+        let Some(failure) = self.failure else { return 0.0 };
         if triaxiality <= CUT_OFF {
             return 0.0;
         }
-        let first = d[0] + d[1] * libm::exp(d[2] * triaxiality);
+        let (first, d) = (failure.strain(triaxiality), failure.d);
         let most =
             first * (1.0 + d[3] * self.haste(rate)) * (1.0 + d[4] * self.homologous(warming));
         strain / most.max(f64::MIN_POSITIVE)

@@ -72,7 +72,7 @@ pub struct MaterialPoint {
     pub deviation: f64,
     /// ε_p \[1\].
     pub plastic: f64,
-    /// D of [`crate::law::DuctileFailure`] \[1\].
+    /// D = ΣΔε_p/ε_f of [`cullet_model::DuctileFailure`] \[1\].
     pub ductile: f64,
     /// Share of its bonds that is gone, φ = 1 − Σwk \[1\].
     pub damage: f64,

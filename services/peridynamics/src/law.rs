@@ -2,7 +2,7 @@
 
 use crate::anisotropy::BondAnisotropy;
 use crate::bonds::{BondError, positive};
-use cullet_model::Hardening;
+use cullet_model::{DuctileFailure, Hardening};
 
 /// Steps of Newton's method, and share of the yield stress at which it has ended.
 const ROUNDS: usize = 40;
@@ -27,9 +27,9 @@ pub struct PeridynamicLaw {
     pub breaking: Option<BondBreaking>,
     /// How it breaks by flowing, where it does.
     pub ductile: Option<DuctileFailure>,
-    /// γ, where there is one: a point flows up to this plastic stretch and is elastic beyond. It is
-    /// √(5Σwe_p²), the plastic strain where that is along one axis \[1\]. The paper limits each bond
-    /// (its Fig. 5).
+    /// γ, where there is one: a point flows up to this plastic stretch and is elastic beyond. It
+    /// is √(5Σwe_p²), the plastic strain where that is along one axis \[1\]. The paper limits each
+    /// bond (its Fig. 5).
     pub max_plastic_stretch: Option<f64>,
     /// In which directions it is stiffer or stronger, where it is.
     pub anisotropy: Option<BondAnisotropy>,
@@ -37,27 +37,6 @@ pub struct PeridynamicLaw {
     pub contact: Option<PartedContact>,
     /// What slows it.
     pub damping: PeridynamicDamping,
-}
-
-/// Failure by flow: bonds in tension break where D = ΣΔε_p/ε_f reaches 1 on the mean of their ends,
-/// ε_f = D₁ + D₂ exp(D₃η) with the triaxiality η, mean over equivalent stress (Johnson and Cook
-/// 1985, without rate and heat).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DuctileFailure {
-    /// D₁ \[1\].
-    pub least: f64,
-    /// D₂ \[1\].
-    pub more: f64,
-    /// D₃, less than 0: what is pulled all round fails sooner \[1\].
-    pub triaxiality: f64,
-}
-
-impl DuctileFailure {
-    /// ε_f at a triaxiality \[1\].
-    #[must_use]
-    pub fn strain(&self, triaxiality: f64) -> f64 {
-        self.least + self.more * libm::exp(self.triaxiality * triaxiality)
-    }
 }
 
 /// What slows a body.

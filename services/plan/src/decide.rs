@@ -74,13 +74,13 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     let view = world.body(body)?;
     let measure = world.measure(body)?;
     let measure = &BodyMeasure { generation: world.blows_before(body, hits)?, ..*measure };
+    if let Some(yield_stress) = policy.yield_stress {
+        return Some(metal(world, (&view, measure), hits, (policy, yield_stress)));
+    }
     let mut sampled = match asked(&view, measure, hits, policy) {
         Ok(sampled) => sampled,
         Err(reasons) => return Some(Decision::Keep(reasons)),
     };
-    if let Some(yield_stress) = policy.yield_stress {
-        return Some(metal(world, (&view, measure), hits, (policy, yield_stress)));
-    }
     let mut supports = world.supports(body, hits);
     supports.truncate(policy.most_supports);
     let spin = stressing_spin(&view, hits);
@@ -193,11 +193,13 @@ fn metal(
         },
     };
     let held = held.then(|| format!("held at {} places", supports.len()));
+    let other = policy.family.filter(|wished| *wished != family);
+    let other = other.map(|wished| format!("not `{wished}`, which takes no such body"));
     Decision::Solve(Box::new(SolveOrder {
         family: family.to_owned(),
         named: policy.family == Some(family),
         fallback: None,
-        reasons: [Some(reason), held].into_iter().flatten().collect(),
+        reasons: [Some(reason), other, held].into_iter().flatten().collect(),
         refinement: Refinement::default(),
         supports,
         // What a spin stresses does not yield by it.
@@ -224,10 +226,6 @@ fn too_slow(
 /// Where the gates stand for a hit: by its share of the energy of all of them where the scene asks
 /// for an accuracy.
 fn limits(hits: &[Hit], hit: &Hit, policy: &Policy<'_>) -> GateLimits {
-    if policy.yield_stress.is_some() {
-        // It opens no crack.
-        return GateLimits { efficiency: f64::INFINITY, ..GateLimits::default() };
-    }
     if policy.target.is_none() {
         return GateLimits::default();
     }

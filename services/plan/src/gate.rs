@@ -64,7 +64,8 @@ struct Stress {
     spin: f64,
 }
 
-/// Hertz's greatest force of a hit \[N\] and approach \[m\]: δ = v t_c / 2.943; ½ m* v² = (2/5) F δ.
+/// Hertz's greatest force of a hit \[N\] and approach \[m\]: δ = v t_c / 2.943;
+/// ½ m* v² = (2/5) F δ.
 pub(crate) fn hertz(hit: &Hit) -> (f64, f64) {
     let approach = hit.impact.closing_speed * hit.impact.duration / DURATION_OVER_APPROACH;
     (2.5 * hit.impact.energy / approach, approach)

@@ -336,9 +336,16 @@ pub(super) const MAX_SPEED: f64 = 1e4;
 /// Fastest spin \[rad/s\]: a turn must span some steps.
 pub(super) const MAX_SPIN: f64 = 1e4;
 
-/// Why a body of a metal that yields cannot be solved as the scene wishes, by the key at fault.
+/// Why a body cannot be solved as the scene wishes that yields, or that does not, by the key at
+/// fault.
 fn yields(material: &SceneMaterial, solver: &SolverChoice) -> Option<Fault> {
-    let name = solver.name().filter(|name| *name != family::SHELL)?;
-    material.plasticity?;
-    Some(("solver", format!("`{name}` takes no metal that yields: `{}` does", family::SHELL)))
+    let name = solver.name()?;
+    let (shell, ductile) = (family::SHELL, family::DUCTILE);
+    let why = match material.plasticity {
+        Some(_) if name == shell || name == ductile => return None,
+        Some(_) => format!("`{name}` takes nothing that yields: `{shell}` and `{ductile}` do"),
+        None if name == ductile => format!("`{name}` takes only what yields: give `plasticity`"),
+        None => return None,
+    };
+    Some(("solver", why))
 }

@@ -179,7 +179,10 @@ mod tests {
     fn sums_have_the_same_bits_on_every_level() {
         for k in 1..100 {
             let x: [f32; LANES] = std::array::from_fn(|lane| 1.0 / (k * LANES + lane) as f32);
-            let sum = |level: SimdLevel| dispatch!(level.level(), simd => sum_lanes(simd, f32x16::from_slice(simd, &x)));
+            let sum = |level: SimdLevel| {
+                let level = level.level();
+                dispatch!(level, simd => sum_lanes(simd, f32x16::from_slice(simd, &x)))
+            };
             let all: Vec<f32> = SimdLevel::all().into_iter().map(sum).collect();
             assert!(all.windows(2).all(|pair| pair[0].to_bits() == pair[1].to_bits()), "{all:?}");
             let exact: f64 = x.iter().map(|&x| f64::from(x)).sum();

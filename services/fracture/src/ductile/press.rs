@@ -44,17 +44,20 @@ pub(super) struct RigidPress {
     pub(super) mobility: f64,
     /// Along the normal \[m/s\].
     pub(super) speed: f64,
-    /// Impulse given \[N·s\].
+    /// Impulse given \[N·s\], and its moment about the origin \[N·m·s\].
     pub(super) given: Vec3,
+    pub(super) moment: Vec3,
+    /// Impulse along the normal that it has left to give \[N·s\].
+    pub(super) left: f64,
     /// Energy that it has lost \[J\].
     pub(super) lost: f64,
-    /// Energy that its own crushing took \[J\].
+    /// Energy that crushing of the contact took \[J\].
     pub(super) crushed: f64,
     /// Energy in its spring now \[J\].
     pub(super) stored: f64,
     /// When it last pushed \[s\].
     pub(super) touched: Option<f64>,
-    /// Pressure that it bears itself \[Pa\].
+    /// Pressure at which the contact crushes \[Pa\].
     limit: f64,
     /// How far it has moved \[m\].
     way: f64,
@@ -72,15 +75,18 @@ pub(super) fn share_out(supports: &mut [RigidPress], points: &SurfaceParticles, 
         let place = point.place(domain);
         let far = |it: &RigidPress| (place - it.point).norm_squared();
         let holds = |it: &&RigidPress| it.dents[k].is_finite() && it.depth(&place).is_some();
-        let nearest = supports.iter().filter(holds).map(far).fold(f64::INFINITY, f64::min);
-        for support in supports.iter_mut().filter(|it| far(it) > nearest) {
-            support.dents[k] = f64::INFINITY;
+        let holding = supports.iter().enumerate().filter(|(_, it)| holds(it));
+        let nearest = holding.min_by(|a, b| far(a.1).total_cmp(&far(b.1))).map(|one| one.0);
+        for (n, support) in supports.iter_mut().enumerate() {
+            if Some(n) != nearest {
+                support.dents[k] = f64::INFINITY;
+            }
         }
     }
 }
 
 impl RigidPress {
-    /// At rest; `limit` is the pressure that it bears itself \[Pa\].
+    /// At rest; `limit` is the pressure at which the contact crushes \[Pa\].
     pub(super) fn new(
         (point, normal): (Vec3, Vec3),
         shape: PressShape,
@@ -94,6 +100,8 @@ impl RigidPress {
             mobility,
             speed,
             given: Vec3::zeros(),
+            moment: Vec3::zeros(),
+            left: f64::INFINITY,
             lost: 0.0,
             crushed: 0.0,
             stored: 0.0,
@@ -107,8 +115,8 @@ impl RigidPress {
     }
 
     /// Puts it beside the body at rest, as stiff as a cell of that, or as steps of `step` \[s\]
-    /// bear. Where it lies a little in the body at first its spring is slack, and what it would lie deep
-    /// in it does not touch.
+    /// bear. Where it lies a little in the body at first its spring is slack, and what it would lie
+    /// deep in it does not touch.
     pub(super) fn put(
         &mut self,
         young: f64,
@@ -118,6 +126,12 @@ impl RigidPress {
     ) {
         let most = STABLE / (step * step * self.mobility * 0.5 * points.area);
         self.stiffness = (STIFFNESS * young / points.spacing).min(most);
+        // It comes as near as it can without touching.
+        let depths = points.all.iter().filter_map(|point| self.depth(&point.place(domain)));
+        let deepest = depths.map(|depth| depth.0).fold(f64::NEG_INFINITY, f64::max);
+        if deepest < 0.0 && deepest > -points.spacing {
+            self.way = -deepest;
+        }
         let most = OVERLAP * points.spacing;
         let slack = |point: &SurfaceParticle| {
             let depth = self.depth(&point.place(domain)).map_or(0.0, |(depth, _)| depth.max(0.0));
@@ -160,20 +174,24 @@ impl RigidPress {
     /// Moves it and pushes what it touches by what falls into the domain's next step; the body's
     /// fastest node moves at `fastest` \[m/s\].
     pub(super) fn push(&mut self, domain: &mut Domain, points: &SurfaceParticles, fastest: f64) {
+        if self.left <= 0.0 {
+            return;
+        }
         if domain.steps.is_multiple_of(SEARCH) {
             self.search(domain, points, fastest);
         }
         let step = domain.step;
         self.way += self.speed * step;
-        let mut impulse = Vec3::zeros();
+        let mut pushes: Vec<(u32, Vec3, Vec3)> = Vec::new();
         self.stored = 0.0;
         for &k in &self.near {
             let point: &SurfaceParticle = &points.all[k as usize];
-            let Some((depth, out)) = self.depth(&point.place(domain)) else { continue };
+            let place = point.place(domain);
+            let Some((depth, out)) = self.depth(&place) else { continue };
             let dent = &mut self.dents[k as usize];
             let most = self.limit / self.stiffness;
             if depth - *dent > most && dent.is_finite() {
-                // Its own material gives way, and stays as it is.
+                // The contact gives way, and stays as it is.
                 self.crushed += self.limit * point.area * (depth - *dent - most);
                 *dent = depth - most;
             }
@@ -181,18 +199,24 @@ impl RigidPress {
             if left > 0.0 {
                 let pressure = self.stiffness * left;
                 self.stored += 0.5 * pressure * left * point.area;
-                let push = out * (pressure * point.area * step);
-                domain.kick(point.id, &point.offset, &push);
-                impulse += push;
+                pushes.push((k, place, out * (pressure * point.area * step)));
             }
         }
-        let along = impulse.dot(&self.normal);
+        let all: f64 = pushes.iter().map(|push| push.2.dot(&self.normal)).sum();
+        let share = if all > self.left { self.left / all } else { 1.0 };
+        for (k, place, push) in pushes {
+            let (point, push) = (&points.all[k as usize], push * share);
+            domain.kick(point.id, &point.offset, &push);
+            self.given += push;
+            self.moment += place.cross(&push);
+        }
+        let along = share * all;
+        self.left -= along;
         if along > 0.0 {
             self.touched = Some(domain.time);
         }
         let before = self.speed;
         self.speed -= self.mobility * along;
         self.lost += 0.5 * (before + self.speed) * along;
-        self.given += impulse;
     }
 }

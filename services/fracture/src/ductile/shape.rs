@@ -33,8 +33,7 @@ const HARDNESS: f64 = 3.0;
 impl Ductile {
     /// Whether enough has flowed for a dent.
     pub(super) fn is_dented(&self) -> bool {
-        let energy: f64 = self.problem.impacts.iter().map(|hit| hit.energy).sum();
-        self.record.plastic > LEAST_DENT.1 * energy
+        self.record.plastic > LEAST_DENT.1 * self.energy()
     }
 
     /// The body in its new shape; as it was, where that is the old one.
@@ -72,8 +71,14 @@ impl Ductile {
             sheet: Sheet::default(),
         };
         let mut fragments = vec![fragment];
-        let pushes: Vec<(Vec3, Vec3)> = self.presses().map(|it| (it.point, it.given)).collect();
-        motion::balance(&mut fragments, &pushes, self.problem.material.density);
+        // Of the whole about its middle as it moves: what presses moves along the surface.
+        let momentum: Vec3 = self.presses().map(|it| it.given).sum();
+        let moment: Vec3 = self.presses().map(|it| it.moment).sum();
+        let masses = &self.domain.grid.nodes.mass;
+        let middle = now.iter().zip(masses).map(|(x, m)| x * *m).sum::<Vec3>();
+        let middle = middle / masses.iter().sum::<f64>();
+        let own = moment - middle.cross(&momentum);
+        motion::carry(&mut fragments, momentum, |_| own, self.problem.material.density);
         let reactions = self.supports.iter().map(|it| it.given.norm()).collect();
         let work = self.record.plastic;
         if dented && let Some(Fragment { solid, hulls, velocity, spin, .. }) = fragments.pop() {
@@ -161,8 +166,8 @@ impl Ductile {
         }
         if self.record.thinnest > THINNEST {
             report.warnings.push(format!(
-                "a point was pressed to {:.3} of its thickness: beyond {:.2} the weights of the body \
-                 at rest do not hold (F103)",
+                "a point was pressed to {:.3} of its thickness: beyond {:.2} the weights of the \
+                 body at rest do not hold (F103)",
                 1.0 / self.record.thinnest.sqrt(),
                 1.0 / THINNEST.sqrt()
             ));

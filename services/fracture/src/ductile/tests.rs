@@ -90,8 +90,8 @@ fn depth(found: &Deformation) -> f64 {
     0.02 - near.map(|x| x.z).fold(f64::INFINITY, f64::min)
 }
 
-/// A ball's dent: E = 3πσ_yRδ² where all around the contact flows \[Tabor 1951\], were it as wide as
-/// the ball is there; what piles up at its rim makes it wider, and it springs back. The volume
+/// A ball's dent: E = 3πσ_yRδ² where all around the contact flows \[Tabor 1951\], were it as wide
+/// as the ball is there; what piles up at its rim makes it wider, and it springs back. The volume
 /// stays, and the energy is accounted for.
 #[test]
 fn a_ball_leaves_its_dent() {
@@ -219,8 +219,8 @@ fn a_volume_that_changes_is_told() {
     assert!((found.report.detail("volume_change").expect("told") - 0.0612).abs() < 2e-3);
 }
 
-/// Soft clay thrown so hard that its own weight of motion is over its strength is pressed flatter
-/// than the weights of the body at rest hold for.
+/// The step follows what is pressed flat, and the report has words for what is pressed flatter than
+/// weights of the body at rest hold for.
 #[test]
 fn what_is_pressed_too_flat_is_told() {
     let mut problem = block(30.0);
@@ -245,4 +245,59 @@ fn what_is_pressed_too_flat_is_told() {
     let found = solve.finish().expect("a shape");
     let told = found.report().warnings.iter().any(|line| line.contains("(F103)"));
     assert!(told, "{:?}", found.report());
+}
+
+/// A hit beside the middle of a free body: what the grid carries is what was given, and the result
+/// moves and turns as that.
+#[test]
+fn the_result_carries_what_was_given() {
+    let mut problem = block(20.0);
+    problem.supports.clear();
+    problem.settings.spacing = Some(0.008);
+    problem.impacts[0].point = Vec3::new(0.025, 0.01, 0.02);
+    let mut solve = Ductile::begin(problem).expect("accepted");
+    while !matches!(solve.advance(), Progress::Done(_)) {}
+    let given = solve.strikers[0].given;
+    let grid = solve.domain.momentum();
+    assert!((grid - given).norm() < 1e-10 * given.norm(), "{grid}, given {given}");
+    let moment = solve.strikers[0].moment;
+    let (turning, twice) = (solve.domain.angular_momentum(), moment.norm());
+    assert!((turning - moment).norm() < 1e-9 * twice, "{turning}, given {moment}");
+    let SolveOutcome::Deformed(found) = solve.finish().expect("a shape") else { panic!("whole") };
+    let whole = mesh(&found).mass_properties();
+    let velocity = grid / (LEAD.density * whole.volume);
+    assert!((found.velocity - velocity).norm() < 1e-6 * velocity.norm());
+    // About the middle, which has moved a little.
+    let wanted = Vec3::new(0.01, -0.025, 0.0) * given.z;
+    let spin = whole.inertia * found.spin * LEAD.density;
+    assert!((spin - wanted).norm() < 0.1 * wanted.norm(), "{spin}, about {wanted}");
+}
+
+/// A contact that crushes takes the energy, and the ball gives no more than the world found.
+#[test]
+fn a_soft_ball_dents_less_and_a_hit_is_spent() {
+    let crushed = |pressure| {
+        let mut problem = block(20.0);
+        problem.impacts[0].crushing_pressure = pressure;
+        deformed(problem)
+    };
+    let (hard, soft) = (crushed(1e12), crushed(45e6));
+    let taken = soft.report.detail("energy_of_crushed_contact").expect("told");
+    assert!(taken > 2.0 && soft.work < hard.work - 1.5, "{taken} J, {} {}", soft.work, hard.work);
+    assert!((soft.report.detail("energy_balance").expect("told") - 1.0).abs() < 0.05);
+    let mut problem = block(20.0);
+    problem.impacts[0].impulse = 1.0;
+    let spent = deformed(problem).report.detail("delivered_impulse").expect("told");
+    assert!((spent - 1.0).abs() < 1e-12, "{spent}");
+}
+
+/// Supports that lie on one another are no stiffer than one.
+#[test]
+fn supports_do_not_add_up() {
+    let mut problem = block(20.0);
+    let once = deformed(problem.clone());
+    problem.supports = vec![problem.supports[0]; 4];
+    let often = deformed(problem);
+    assert_eq!(often.body, once.body);
+    assert_eq!(often.reactions[1..], [0.0; 3]);
 }

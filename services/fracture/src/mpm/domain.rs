@@ -1,6 +1,7 @@
 //! The time step: nodes to points, stress and damage, points to nodes.
 
 mod bodies;
+mod nodes;
 mod sums;
 
 pub(crate) use bodies::BodySurface;
@@ -14,7 +15,7 @@ use super::grid::{BackgroundGrid, GridElement};
 use super::kernel::{Kernel, MaterialLaw, PointLaw, least_share};
 use super::node_split::{SplitChanges, split};
 use super::spin::Spin;
-use super::stencil::{AROUND, Stencil, gather, packed, vector};
+use super::stencil::{Stencil, packed};
 use super::tally::DomainTally;
 use crate::damage::{DamageState, Softening};
 use crate::particles::Particles;
@@ -111,15 +112,6 @@ pub struct PointMotion {
     pub velocity: Vec3,
     /// Its gradient by the place before the hit \[1/s\].
     pub velocity_gradient: Mat3,
-}
-
-impl PointMotion {
-    /// From the displacements and velocities of the nodes around a point.
-    fn gather(u: &[f64x4; AROUND], v: &[f64x4; AROUND], stencil: &Stencil, gain: &Vec3) -> Self {
-        let (displacement, displacement_gradient) = gather(u, stencil, gain);
-        let (velocity, velocity_gradient) = gather(v, stencil, gain);
-        Self { displacement, displacement_gradient, velocity, velocity_gradient }
-    }
 }
 
 /// Greatest stable step on a grid whose finest spacing is `spacing` \[m\], in \[s\]:
@@ -449,54 +441,6 @@ impl Domain {
             }
         }
         motions
-    }
-
-    /// Where the point that was given as number `id` was before the hit \[m\], and its motion.
-    #[must_use]
-    pub(crate) fn point(&self, id: u32) -> (Vec3, PointMotion) {
-        let p = self.slot(id);
-        let (nodes, gain) = (&self.grid.nodes, self.grid.spacing.map(|h| 4.0 / h));
-        let place = self.particles.reference[p];
-        let stencil = Stencil::new(&place, &self.grid.spacing);
-        let around = &self.element(p).nodes;
-        let u = around.map(|n| nodes.displacement[n as usize]);
-        let v = around.map(|n| nodes.velocity[n as usize]);
-        (place, PointMotion::gather(&u, &v, &stencil, &gain))
-    }
-
-    /// Displacement of each node \[m\].
-    #[must_use]
-    pub fn node_displacements(&self) -> Vec<Vec3> {
-        self.grid.nodes.displacement.iter().map(|u| vector(*u)).collect()
-    }
-
-    /// Velocity of each node \[m/s\].
-    #[must_use]
-    pub fn node_velocities(&self) -> Vec<Vec3> {
-        self.grid.nodes.velocity.iter().map(|v| vector(*v)).collect()
-    }
-
-    /// Gives each node another velocity \[m/s\].
-    pub fn set_node_velocities(&mut self, velocities: &[Vec3]) {
-        let pairs = self.grid.nodes.velocity.iter_mut().zip(velocities);
-        pairs.for_each(|(v, new)| *v = packed(*new));
-    }
-
-    /// Gives the place beside the point of that number that goes with its motion and its gradient,
-    /// `offset` \[m\] away before the hit, an impulse \[N·s\].
-    pub(crate) fn kick(&mut self, id: u32, offset: &Vec3, impulse: &Vec3) {
-        let p = self.slot(id);
-        let around = self.element(p).nodes;
-        let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
-        let least = self.response.least_mass;
-        let slope = offset.component_mul(&self.grid.spacing.map(|h| 4.0 / (h * h)));
-        let spacing = self.grid.spacing;
-        let nodes = &mut self.grid.nodes;
-        stencil.visit(|k, weight, away| {
-            let n = around[k] as usize;
-            let share = weight * (1.0 + slope.dot(&away.component_mul(&spacing)));
-            nodes.velocity[n] += packed(impulse * (share / nodes.mass[n].max(least)));
-        });
     }
 
     /// The second Piola–Kirchhoff stress of each point as it is weakened now \[Pa\].

@@ -1,10 +1,12 @@
 //! Flow at a point: J2 plasticity at any strain, for the compressible neo-Hookean solid.
 //!
-//! With C_p the part of C that has flowed, Ψ = μ/2 (tr CC_p⁻¹ − 3) − μ ln J + λ/4 (J² − 1 − 2 ln J),
-//! so that S = μ(C_p⁻¹ − C⁻¹) + λ/2 (J² − 1) C⁻¹: what is elastic adds μ(C_p⁻¹ − I). Kirchhoff's
-//! stress has the deviator μ dev b with b = F C_p⁻¹ Fᵀ; it returns along itself \[Simo 1988\], and
-//! the trace of b is that which keeps det b, so that what flows keeps its volume. In the frame
-//! before the hit that is C_p⁻¹ ← r C_p⁻¹ + (t − r t₀) C⁻¹: no F, and no eigenvectors.
+//! With C_p the part of C that has flowed,
+//! Ψ = μ/2 (tr CC_p⁻¹ − 3) − μ ln J + λ/4 (J² − 1 − 2 ln J), so that
+//! S = μ(C_p⁻¹ − C⁻¹) + λ/2 (J² − 1) C⁻¹: what is elastic adds μ(C_p⁻¹ − I).
+//!
+//! Kirchhoff's stress has the deviator μ dev b with b = F C_p⁻¹ Fᵀ; it returns along itself
+//! \[Simo 1988\], and the trace of b is that which keeps det b, so that flow keeps the volume. In
+//! the frame before the hit that is C_p⁻¹ ← r C_p⁻¹ + (t − r t₀) C⁻¹: no F, and no eigenvectors.
 
 use super::elastic::{CRUSHED, LameParameters, adjugate, matrix};
 use crate::mpm::symmetric::{Sym3, eigen};
@@ -147,7 +149,7 @@ impl FlowLaw {
             let share = mean - left * trial.mean;
             // r C_p⁻¹ + (t − r t₀) C⁻¹ − I
             flowed = flowed * left + trial.inverse * share - Mat3::identity() * (1.0 - left);
-            // What the step's motion paid: it strained at the stress after flow, not at the trial's.
+            // What the step's motion paid: it strained at the stress after flow.
             work = bears * more;
             state.history.strain += more;
             state.history.warming += self.rule.warming(work, self.density);

@@ -9,8 +9,8 @@ pub struct DomainTally {
     pub plastic: f64,
     /// Points that flowed.
     pub yielding: u32,
-    /// Greatest eigenvalue of C⁻¹ of those \[1\]: a body that is pressed flat needs smaller steps by
-    /// its root.
+    /// Greatest eigenvalue of C⁻¹ of those \[1\]: a body that is pressed flat needs smaller steps
+    /// by its root.
     pub thinnest: f64,
     /// Points whose damage grew.
     pub grown: u32,

@@ -1,5 +1,6 @@
 //! From a specimen to a body on its grid.
 
+use super::DUCTILE;
 use crate::damage::{BodyWeakPlane, Softening};
 use crate::mpm::domain::{BodySurface, VelocityFields, stable_step};
 use crate::mpm::{Domain, preconditions, quadrature};
@@ -31,6 +32,10 @@ const TIP: f64 = 0.75;
 /// Refuses what cannot be solved, with the bound.
 pub(super) fn check(specimen: &SpecimenProblem) -> Result<(), Refusal> {
     let s = &specimen.settings;
+    if specimen.family == DUCTILE.name {
+        let number = f64::from(u8::from(specimen.matter.flow.is_some()));
+        preconditions::within("the number of materials that yield", number, 1.0, 1.0)?;
+    }
     let several = specimen.matter.zones.len() as f64 + 1.0;
     preconditions::within("the number of materials", several, 1.0, MOST_MATERIALS)?;
     for m in specimen.matter.materials() {

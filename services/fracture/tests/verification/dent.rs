@@ -80,7 +80,8 @@ fn dents_converge_with_the_cells() {
         let (balance, volume) = (detail("energy_balance"), detail("volume_change"));
         let tabor = (energy / pressed).sqrt();
         println!(
-            "h {spacing}: {:.3} of Tabor's depth; work {:.3}, balance {balance:.3}, volume {volume:+.1e}",
+            "h {spacing}: {:.3} of Tabor's depth; work {:.3}, balance {balance:.3}, volume \
+             {volume:+.1e}",
             deepest / tabor,
             found.work / energy
         );

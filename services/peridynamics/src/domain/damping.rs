@@ -14,9 +14,11 @@ impl PeridynamicDomain {
         (2.0 * self.law.stiffness() * self.steepest / self.law.density).sqrt()
     }
 
-    /// Adds the dashpots' 15wηλ̇ to the pulls of bonds after a step of `dt` \[s\]; what they take
-    /// in such a step \[J\]. η is such that no mode has more than the share of critical damping that
-    /// the law says. The forces are not scaled and turned yet.
+    /// Adds the dashpots' 15wηλ̇ to the pulls of bonds after a step of `dt` \[s\]; what they
+    /// take in such a step \[J\].
+    ///
+    /// η is such that no mode has more than the share of critical damping that the law says. The
+    /// forces are not scaled and turned yet.
     pub(super) fn drag(&mut self, frame: &CorotatedFrame, dt: f64) -> f64 {
         let viscosity = 2.0 * self.law.damping.bonds * self.law.stiffness() / self.fastest();
         let (back, points) = (frame.turn.inverse(), self.places.len());

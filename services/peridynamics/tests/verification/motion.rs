@@ -2,9 +2,9 @@
 
 use crate::block;
 use cullet_geometry::{Mat3, Quat, Vec3};
-use cullet_model::Hardening;
+use cullet_model::{DuctileFailure, Hardening};
 use cullet_peridynamics::anisotropy::BondAnisotropy;
-use cullet_peridynamics::law::{BondBreaking, DuctileFailure, PartedContact, PeridynamicDamping};
+use cullet_peridynamics::law::{BondBreaking, PartedContact, PeridynamicDamping};
 use cullet_peridynamics::{PeridynamicDomain, PeridynamicLaw};
 use cullet_simd::SimdLevel;
 
@@ -169,7 +169,7 @@ fn the_bits_depend_neither_on_threads_nor_on_the_level() {
 fn with_everything(law: PeridynamicLaw) -> PeridynamicLaw {
     let stretched = Mat3::from_diagonal(&Vec3::new(1.2, 1.0, 0.9));
     PeridynamicLaw {
-        ductile: Some(DuctileFailure { least: 1e-4, more: 1e-3, triaxiality: -1.5 }),
+        ductile: Some(DuctileFailure { d: [1e-4, 1e-3, -1.5, 0.0, 0.0] }),
         max_plastic_stretch: Some(1e-3),
         anisotropy: Some(BondAnisotropy::of_matrix(&stretched)),
         contact: Some(PartedContact { friction: 0.3 }),

@@ -2,8 +2,7 @@
 
 use crate::block;
 use cullet_geometry::Vec3;
-use cullet_model::Hardening;
-use cullet_peridynamics::law::DuctileFailure;
+use cullet_model::{DuctileFailure, Hardening};
 use cullet_peridynamics::{PeridynamicDomain, PeridynamicLaw};
 
 const YOUNG: f64 = 200e9;
@@ -149,7 +148,7 @@ fn a_point_flows_up_to_its_limit() {
 /// less damage by the ratio of both strains.
 #[test]
 fn what_flows_too_far_breaks_in_tension() {
-    let ductile = DuctileFailure { least: 2e-3, more: 1e-2, triaxiality: -1.5 };
+    let ductile = DuctileFailure { d: [2e-3, 1e-2, -1.5, 0.0, 0.0] };
     let law = PeridynamicLaw { ductile: Some(ductile), ..steel(200e6, 1e9) };
     let mut sample = Sample::new(law);
     let due = ductile.strain(1.0 / 3.0);

@@ -80,7 +80,12 @@ fn what_cannot_yield_is_told_with_its_place_and_bound() {
         (
             steel(""),
             "solver = \"brittle\"",
-            "body.plate.solver: `brittle` takes no metal that yields: `shell` does",
+            "body.plate.solver: `brittle` takes nothing that yields: `shell` and `ductile` do",
+        ),
+        (
+            "preset = \"granite\"".to_owned(),
+            "solver = \"ductile\"",
+            "body.plate.solver: `ductile` takes only what yields",
         ),
     ] {
         let told = from_text(&scene(&material, more), &[]).expect_err("refused").to_string();
