@@ -145,32 +145,6 @@ impl JohnsonCook {
             first * (1.0 + d[3] * self.haste(rate)) * (1.0 + d[4] * self.homologous(warming));
         strain / most.max(f64::MIN_POSITIVE)
     }
-
-    /// Its numbers: what each is, its value, the least and the greatest that holds.
-    #[must_use]
-    pub fn bounds(&self) -> Vec<(&'static str, f64, f64, f64)> {
-        let mut all = self.hardening.bounds().to_vec();
-        all.push(("coefficient of the strain rate [1]", self.rate, 0.0, 1.0));
-        all.push(("reference strain rate [1/s]", self.reference_rate, 1e-6, 1e6));
-        if let Some(it) = self.softening {
-            all.push(("melting over room temperature [K]", it.melting, 1.0, 1e4));
-            all.push(("exponent of thermal softening [1]", it.exponent, 0.05, 10.0));
-            all.push(("heat capacity [J/(kg K)]", it.heat_capacity, 1.0, 1e5));
-            all.push(("share of plastic work that is heat [1]", it.heat_share, 0.0, 1.0));
-        }
-        if let Some(DuctileFailure { d }) = self.failure {
-            let names = [
-                "failure's D1 [1]",
-                "failure's D2 [1]",
-                "failure's D3 [1]",
-                "failure's D4 [1]",
-                "failure's D5 [1]",
-            ];
-            let (low, high) = ([0.0, 0.0, -20.0, -1.0, -1.0], [1e3, 1e3, 0.0, 1.0, 100.0]);
-            all.extend((0..5).map(|k| (names[k], d[k], low[k], high[k])));
-        }
-        all
-    }
 }
 
 #[cfg(test)]

@@ -60,7 +60,7 @@ pub fn isotropic() -> [f64; QUARTIC] {
 
 impl BondAnisotropy {
     /// Of the paper's matrix G, which takes ω = δ/|Gξ| in place of δ/|ξ|: stiffness by 1/|Gn| over
-    /// its mean, which leaves K as it is (F81), and the strength of the direction that G stretches
+    /// its mean, which leaves K as it is, and the strength of the direction that G stretches
     /// most by what it stretches the others on the mean. G has an inverse.
     #[must_use]
     pub fn of_matrix(g: &Mat3) -> Self {

@@ -1,5 +1,5 @@
-//! Rigid bodies that press on a solid without friction: a striker's ball or plane, and the planes
-//! it rests on.
+//! Rigid bodies that press on a solid without friction: a striker's ball or plane, and the discs
+//! that it rests on.
 
 use super::surface::{SurfaceParticle, SurfaceParticles};
 use crate::mpm::Domain;

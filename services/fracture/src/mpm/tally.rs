@@ -7,10 +7,8 @@ pub struct DomainTally {
     pub dissipated: f64,
     /// Energy that flow took \[J\].
     pub plastic: f64,
-    /// Points that flowed.
-    pub yielding: u32,
-    /// Greatest eigenvalue of C⁻¹ of those \[1\]: a body that is pressed flat needs smaller steps
-    /// by its root.
+    /// Greatest eigenvalue of C⁻¹ of the points that flowed \[1\]: a body that is pressed flat
+    /// needs smaller steps by its root.
     pub thinnest: f64,
     /// Points whose damage grew.
     pub grown: u32,
@@ -26,7 +24,6 @@ impl DomainTally {
     pub(super) fn add(mut self, other: Self) -> Self {
         self.dissipated += other.dissipated;
         self.plastic += other.plastic;
-        self.yielding += other.yielding;
         self.thinnest = self.thinnest.max(other.thinnest);
         self.grown += other.grown;
         self.broken += other.broken;

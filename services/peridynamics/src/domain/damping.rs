@@ -51,7 +51,7 @@ impl PeridynamicDomain {
     }
 
     /// Slows all points as air does in a step of `dt` \[s\]: by exp(−λ dt), so that it does not
-    /// depend on the step (F83). What it took \[J\].
+    /// depend on the step. What it took \[J\].
     pub(super) fn slow(&mut self, dt: f64) -> f64 {
         let keep = libm::exp(-self.law.damping.air * dt);
         let lost = 0.5 * self.law.density * (1.0 - keep * keep);

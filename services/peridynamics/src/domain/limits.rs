@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 /// Most change of volume that no pressure explains, most equivalent plastic strain, and least J of
-/// a point: beyond these, bonds have lost modes of shear (F79).
+/// a point: beyond these, bonds have lost modes of shear.
 const MOST_DRIFT: f64 = 0.02;
 const MOST_PLASTIC: f64 = 0.3;
 const LEAST_JACOBIAN: f64 = 0.2;

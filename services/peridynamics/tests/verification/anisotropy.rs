@@ -51,7 +51,7 @@ fn c7_a_cubic_body_has_its_constants() {
     assert!(((c11 - c12) / (2.0 * c44) - 1.0).abs() > 0.2);
 }
 
-/// The paper's G: it makes one direction softer, leaves K as it is (F81), and turning it with the
+/// The paper's G: it makes one direction softer, leaves K as it is, and turning it with the
 /// body turns the stress.
 #[test]
 fn c7_the_matrix_of_the_paper_turns_with_the_body_and_leaves_the_bulk_modulus() {

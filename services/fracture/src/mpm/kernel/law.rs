@@ -216,11 +216,9 @@ impl PointLaw<'_> {
         tally: &mut DomainTally,
     ) -> Option<Sym3> {
         let law = self.kinds[view.kind[p] as usize].flow.as_ref()?;
-        let before = view.flow[p];
-        let found = law.respond(strain, before, self.step);
+        let found = law.respond(strain, view.flow[p], self.step);
         view.flow[p] = found.state;
         tally.thinnest = tally.thinnest.max(found.thinnest);
-        tally.yielding += u32::from(found.state.history.strain > before.history.strain);
         tally.plastic += found.work * view.volume[p];
         tally.dissipated += found.torn * view.volume[p];
         if found.damage > view.damage[p] {
