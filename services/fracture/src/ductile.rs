@@ -1,9 +1,7 @@
 //! Ductile solids: the material point method of the brittle family with J2 flow in place of cracks.
 //! Strikers and supports are rigid and press on the surface; what comes of a hit is a dent.
 
-mod press;
 mod shape;
-mod surface;
 #[cfg(test)]
 mod tests;
 
@@ -16,17 +14,16 @@ use crate::mpm::preconditions::{
 use crate::mpm::{Domain, motion, quadrature};
 use crate::particles::Particles;
 use cullet_fragment::kinetic_damping::KineticDamping;
+use cullet_fragment::press::{RigidPress, share_out};
+use cullet_fragment::surface_particles::SurfaceParticles;
+use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
-use cullet_geometry::{TriMesh, Vec3};
 use cullet_model::brittle::POINTS_PER_CELL;
-use cullet_model::hertz_contact::HertzContact;
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Hardening, Impact, JohnsonCook, Material, PointPrecision,
-    Problem, Progress, Refusal, SolveOutcome, Solver,
+    BrittleProblem, Cost, Failure, Hardening, JohnsonCook, Material, PointPrecision, Problem,
+    Progress, Refusal, SolveOutcome, Solver,
 };
 use cullet_simd::SimdLevel;
-use press::{PressShape, RigidPress};
-use surface::{SurfaceParticles, curvature};
 
 /// Fewest and most points, and bytes that one needs with its share of arenas and nodes.
 const LEAST_PARTICLES: f64 = 200.0;
@@ -65,10 +62,6 @@ const NO_FLOW: f64 = 1e-3;
 
 /// Transits that a typical push takes, for the estimate of the cost.
 const TYPICAL_TRANSITS: f64 = 20.0;
-
-/// A striker is a ball where it is curved by more than this share of the body, or of one over the
-/// body's length: both curvatures are estimates \[1\].
-const LEAST_CURVATURE: f64 = 0.3;
 
 /// Yield stress over Young's modulus that the elastic law holds for \[1\].
 const MOST_ELASTIC: f64 = 0.1;
@@ -188,27 +181,6 @@ fn time_step(problem: &BrittleProblem, spacing: &Vec3) -> f64 {
     problem.settings.tolerance().step() * stable_step(&problem.material, spacing.min())
 }
 
-/// The striker of a hit: its mass follows from ½ m* v² = E, its shape from Hertz's radius of the
-/// contact and the curvature of the body there.
-fn striker(hit: &Impact, problem: &BrittleProblem, mesh: &TriMesh, spacing: f64) -> RigidPress {
-    let reduced = 2.0 * hit.energy / (hit.closing_speed * hit.closing_speed);
-    let own = motion::mobility(problem, &hit.point, &hit.normal);
-    let mobility = (1.0 / reduced - own).max(0.0);
-    let reach = LEAST_RADIUS * spacing;
-    let body = curvature(mesh, &hit.point, &hit.normal, reach).max(0.0);
-    let striker = 1.0 / HertzContact::new(hit).relative_radius() - body;
-    let shape = match striker > LEAST_CURVATURE * body.max(1.0 / mesh.diagonal()) {
-        true => PressShape::Ball(1.0 / striker),
-        false => PressShape::Plane,
-    };
-    let place = (hit.point, hit.normal);
-    let mut press =
-        RigidPress::new(place, shape, (mobility, hit.closing_speed), hit.crushing_pressure);
-    // It has no more to give than the world found: what it meets later is another hit.
-    press.left = hit.impulse;
-    press
-}
-
 impl Ductile {
     /// Like `begin`, with other instructions of the processor.
     ///
@@ -235,22 +207,20 @@ impl Ductile {
         domain.select(problem.settings.precision, simd_level);
         let step = time_step(&problem, &spacing);
         domain.step = step;
-        let surface = SurfaceParticles::new(&domain, mesh);
-        let h = surface.spacing;
-        let mut strikers: Vec<RigidPress> =
-            problem.impacts.iter().map(|hit| striker(hit, &problem, mesh, h)).collect();
-        let mut supports: Vec<RigidPress> = problem
-            .supports
-            .iter()
-            .map(|support| {
-                let shape = PressShape::Disc(support.radius.max(LEAST_RADIUS * h));
-                let place = (support.point, support.normal);
-                RigidPress::new(place, shape, (support.mobility, 0.0), f64::INFINITY)
-            })
-            .collect();
+        let ids = 0..domain.particles.len() as u32;
+        let first = ids.map(|id| domain.particles.reference[domain.slot(id)]);
+        let surface = SurfaceParticles::new(first, domain.grid.spacing.max(), mesh);
+        let least = LEAST_RADIUS * surface.spacing;
+        let hits = problem.impacts.iter().map(|hit| {
+            let own = motion::mobility(&problem, &hit.point, &hit.normal);
+            RigidPress::striker(hit, own, mesh, least)
+        });
+        let mut strikers: Vec<RigidPress> = hits.collect();
+        let mut supports: Vec<RigidPress> =
+            problem.supports.iter().map(|it| RigidPress::support(it, least)).collect();
         let all = strikers.iter_mut().chain(&mut supports);
         all.for_each(|press| press.put(material.young, &surface, &domain, step));
-        press::share_out(&mut supports, &surface, &domain);
+        share_out(&mut supports, &surface, &domain);
         let mut made = Self {
             transit: transit(&problem),
             problem,

@@ -1,6 +1,7 @@
 //! From a damage field to closed fragments: the crack between labels of lattice nodes, regions, the
 //! cut of the body, sampled pieces of crushed zones, debris. Also what a body that was bent has of
-//! the motion of the whole, and how its surface goes along.
+//! the motion of the whole, how its surface goes along, and what rigid strikers and supports do to
+//! it.
 //!
 //! Absent on purpose: how the damage came about.
 
@@ -15,5 +16,8 @@ pub mod grid_bias;
 pub mod kinetic_damping;
 pub mod motion;
 pub mod pieces;
+pub mod press;
+pub mod pressed_body;
 pub mod region;
 pub mod straightened;
+pub mod surface_particles;

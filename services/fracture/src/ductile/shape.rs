@@ -3,6 +3,7 @@
 use super::{Ductile, THINNEST};
 use cullet_fragment::carriers::Carriers;
 use cullet_fragment::motion;
+use cullet_fragment::press::PressShape;
 use cullet_fragment::straightened::Straightened;
 use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::shapes::refine_solid;
@@ -126,7 +127,7 @@ impl Ductile {
         let spacing = self.points.spacing;
         let hits = self.problem.impacts.iter().zip(&self.strikers);
         let narrow = hits.filter_map(|(hit, striker)| {
-            let super::PressShape::Ball(radius) = striker.shape else { return None };
+            let PressShape::Ball(radius) = striker.shape else { return None };
             // E = ∫ 3σ_y πa² dδ with a² = 2Rδ
             let pi = std::f64::consts::PI;
             let hardness = HARDNESS * self.hardening.yield_stress;

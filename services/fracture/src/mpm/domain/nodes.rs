@@ -2,7 +2,8 @@
 
 use super::{Domain, PointMotion};
 use crate::mpm::stencil::{AROUND, Stencil, gather, packed, vector};
-use cullet_geometry::Vec3;
+use cullet_fragment::pressed_body::{PressClock, PressedBody};
+use cullet_geometry::{Mat3, Vec3};
 use wide::f64x4;
 
 impl PointMotion {
@@ -22,7 +23,7 @@ impl PointMotion {
 impl Domain {
     /// Where the point that was given as number `id` was before the hit \[m\], and its motion.
     #[must_use]
-    pub(crate) fn point(&self, id: u32) -> (Vec3, PointMotion) {
+    fn point(&self, id: u32) -> (Vec3, PointMotion) {
         let p = self.slot(id);
         let (nodes, gain) = (&self.grid.nodes, self.grid.spacing.map(|h| 4.0 / h));
         let place = self.particles.reference[p];
@@ -50,10 +51,19 @@ impl Domain {
         let pairs = self.grid.nodes.velocity.iter_mut().zip(velocities);
         pairs.for_each(|(v, new)| *v = packed(*new));
     }
+}
 
-    /// Gives the place beside the point of that number that goes with its motion and its gradient,
-    /// `offset` \[m\] away before the hit, an impulse \[N·s\].
-    pub(crate) fn kick(&mut self, id: u32, offset: &Vec3, impulse: &Vec3) {
+impl PressedBody for Domain {
+    fn clock(&self) -> PressClock {
+        PressClock { time: self.time, step: self.step, steps: self.steps }
+    }
+
+    fn point_now(&self, id: u32) -> (Vec3, Mat3) {
+        let (place, motion) = self.point(id);
+        (place + motion.displacement, motion.displacement_gradient)
+    }
+
+    fn kick(&mut self, id: u32, offset: &Vec3, impulse: &Vec3) {
         let p = self.slot(id);
         let around = self.element(p).nodes;
         let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);

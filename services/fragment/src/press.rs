@@ -1,9 +1,11 @@
-//! Rigid bodies that press on a solid without friction: a striker's ball or plane, and the discs
-//! that it rests on.
+//! Rigid bodies that press on a solid of points without friction: a striker's ball or plane, and
+//! the discs that it rests on.
 
-use super::surface::{SurfaceParticle, SurfaceParticles};
-use crate::mpm::Domain;
-use cullet_geometry::Vec3;
+use crate::pressed_body::{PressClock, PressedBody};
+use crate::surface_particles::{SurfaceParticle, SurfaceParticles, curvature};
+use cullet_geometry::{TriMesh, Vec3};
+use cullet_model::hertz_contact::HertzContact;
+use cullet_model::{Impact, Support};
 
 /// Steps between searches for what may be touched.
 const SEARCH: u64 = 32;
@@ -21,9 +23,13 @@ const OVERLAP: f64 = 0.5;
 /// Greatest ω²Δt² of what presses \[1\].
 const STABLE: f64 = 0.25;
 
+/// A striker is a ball where it is curved by more than this share of the body, or of one over the
+/// body's length: both curvatures are estimates \[1\].
+const LEAST_CURVATURE: f64 = 0.3;
+
 /// The shape of what presses.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum PressShape {
+pub enum PressShape {
     /// A half-space.
     Plane,
     /// The same over a disc of that radius \[m\].
@@ -34,29 +40,31 @@ pub(super) enum PressShape {
 
 /// A rigid body that moves along its push.
 #[derive(Clone, Debug)]
-pub(super) struct RigidPress {
+pub struct RigidPress {
     /// Where it touched first \[m\].
-    pub(super) point: Vec3,
+    pub point: Vec3,
     /// Unit direction into the body.
-    pub(super) normal: Vec3,
-    pub(super) shape: PressShape,
+    pub normal: Vec3,
+    /// What of it touches.
+    pub shape: PressShape,
     /// Speed that a unit impulse takes from it \[1/kg\].
-    pub(super) mobility: f64,
+    pub mobility: f64,
     /// Along the normal \[m/s\].
-    pub(super) speed: f64,
-    /// Impulse given \[N·s\], and its moment about the origin \[N·m·s\].
-    pub(super) given: Vec3,
-    pub(super) moment: Vec3,
+    pub speed: f64,
+    /// Impulse given \[N·s\].
+    pub given: Vec3,
+    /// Its moment about the origin \[N·m·s\].
+    pub moment: Vec3,
     /// Impulse along the normal that it has left to give \[N·s\].
-    pub(super) left: f64,
+    pub left: f64,
     /// Energy that it has lost \[J\].
-    pub(super) lost: f64,
+    pub lost: f64,
     /// Energy that crushing of the contact took \[J\].
-    pub(super) crushed: f64,
+    pub crushed: f64,
     /// Energy in its spring now \[J\].
-    pub(super) stored: f64,
+    pub stored: f64,
     /// When it last pushed \[s\].
-    pub(super) touched: Option<f64>,
+    pub touched: Option<f64>,
     /// Pressure at which the contact crushes \[Pa\].
     limit: f64,
     /// How far it has moved \[m\].
@@ -70,9 +78,9 @@ pub(super) struct RigidPress {
 }
 
 /// Leaves each point to the support that is nearest to it, so that they do not add up.
-pub(super) fn share_out(supports: &mut [RigidPress], points: &SurfaceParticles, domain: &Domain) {
+pub fn share_out(supports: &mut [RigidPress], points: &SurfaceParticles, body: &impl PressedBody) {
     for (k, point) in points.all.iter().enumerate() {
-        let place = point.place(domain);
+        let place = point.place(body);
         let far = |it: &RigidPress| (place - it.point).norm_squared();
         let holds = |it: &&RigidPress| it.dents[k].is_finite() && it.depth(&place).is_some();
         let holding = supports.iter().enumerate().filter(|(_, it)| holds(it));
@@ -86,8 +94,37 @@ pub(super) fn share_out(supports: &mut [RigidPress], points: &SurfaceParticles, 
 }
 
 impl RigidPress {
+    /// The striker of a hit: its mass follows from ½ m* v² = E and the `own` mobility of the body
+    /// there \[1/kg\], its shape from Hertz's radius of the contact and the curvature of the body
+    /// over `reach` \[m\].
+    #[must_use]
+    pub fn striker(hit: &Impact, own: f64, mesh: &TriMesh, reach: f64) -> Self {
+        let reduced = 2.0 * hit.energy / (hit.closing_speed * hit.closing_speed);
+        let mobility = (1.0 / reduced - own).max(0.0);
+        let body = curvature(mesh, &hit.point, &hit.normal, reach).max(0.0);
+        let striker = 1.0 / HertzContact::new(hit).relative_radius() - body;
+        let shape = match striker > LEAST_CURVATURE * body.max(1.0 / mesh.diagonal()) {
+            true => PressShape::Ball(1.0 / striker),
+            false => PressShape::Plane,
+        };
+        let place = (hit.point, hit.normal);
+        let mut press =
+            Self::new(place, shape, (mobility, hit.closing_speed), hit.crushing_pressure);
+        // It has no more to give than the world found: what it meets later is another hit.
+        press.left = hit.impulse;
+        press
+    }
+
+    /// What the body rests on, over a disc of at least that radius \[m\].
+    #[must_use]
+    pub fn support(support: &Support, least: f64) -> Self {
+        let shape = PressShape::Disc(support.radius.max(least));
+        let place = (support.point, support.normal);
+        Self::new(place, shape, (support.mobility, 0.0), f64::INFINITY)
+    }
+
     /// At rest; `limit` is the pressure at which the contact crushes \[Pa\].
-    pub(super) fn new(
+    fn new(
         (point, normal): (Vec3, Vec3),
         shape: PressShape,
         (mobility, speed): (f64, f64),
@@ -117,24 +154,24 @@ impl RigidPress {
     /// Puts it beside the body at rest, as stiff as a cell of that, or as steps of `step` \[s\]
     /// bear. Where it lies a little in the body at first its spring is slack, and what it would lie
     /// deep in it does not touch.
-    pub(super) fn put(
+    pub fn put(
         &mut self,
         young: f64,
         points: &SurfaceParticles,
-        domain: &Domain,
+        body: &impl PressedBody,
         step: f64,
     ) {
         let most = STABLE / (step * step * self.mobility * 0.5 * points.area);
         self.stiffness = (STIFFNESS * young / points.spacing).min(most);
         // It comes as near as it can without touching.
-        let depths = points.all.iter().filter_map(|point| self.depth(&point.place(domain)));
+        let depths = points.all.iter().filter_map(|point| self.depth(&point.place(body)));
         let deepest = depths.map(|depth| depth.0).fold(f64::NEG_INFINITY, f64::max);
         if deepest < 0.0 && deepest > -points.spacing {
             self.way = -deepest;
         }
         let most = OVERLAP * points.spacing;
         let slack = |point: &SurfaceParticle| {
-            let depth = self.depth(&point.place(domain)).map_or(0.0, |(depth, _)| depth.max(0.0));
+            let depth = self.depth(&point.place(body)).map_or(0.0, |(depth, _)| depth.max(0.0));
             if depth < most { depth } else { f64::INFINITY }
         };
         self.dents = points.all.iter().map(slack).collect();
@@ -159,34 +196,34 @@ impl RigidPress {
     }
 
     /// Finds what may be touched until the next search.
-    fn search(&mut self, domain: &Domain, points: &SurfaceParticles, fastest: f64) {
-        let until = SEARCH as f64 * domain.step * (fastest + self.speed.abs());
+    fn search(&mut self, body: &impl PressedBody, points: &SurfaceParticles, fastest: f64) {
+        let until = SEARCH as f64 * body.clock().step * (fastest + self.speed.abs());
         let margin = 2.0 * until + MARGIN * points.spacing;
         self.near.clear();
         for (k, point) in points.all.iter().enumerate() {
-            let place = point.place(domain);
+            let place = point.place(body);
             if self.depth(&place).is_some_and(|(depth, _)| depth > -margin) {
                 self.near.push(k as u32);
             }
         }
     }
 
-    /// Moves it and pushes what it touches by what falls into the domain's next step; the body's
-    /// fastest node moves at `fastest` \[m/s\].
-    pub(super) fn push(&mut self, domain: &mut Domain, points: &SurfaceParticles, fastest: f64) {
+    /// Moves it and pushes what it touches by what falls into the body's next step; what is fastest
+    /// in that moves at `fastest` \[m/s\].
+    pub fn push(&mut self, body: &mut impl PressedBody, points: &SurfaceParticles, fastest: f64) {
         if self.left <= 0.0 {
             return;
         }
-        if domain.steps.is_multiple_of(SEARCH) {
-            self.search(domain, points, fastest);
+        let PressClock { time, step, steps } = body.clock();
+        if steps.is_multiple_of(SEARCH) {
+            self.search(body, points, fastest);
         }
-        let step = domain.step;
         self.way += self.speed * step;
         let mut pushes: Vec<(u32, Vec3, Vec3)> = Vec::new();
         self.stored = 0.0;
         for &k in &self.near {
             let point: &SurfaceParticle = &points.all[k as usize];
-            let place = point.place(domain);
+            let place = point.place(body);
             let Some((depth, out)) = self.depth(&place) else { continue };
             let dent = &mut self.dents[k as usize];
             let most = self.limit / self.stiffness;
@@ -206,14 +243,14 @@ impl RigidPress {
         let share = if all > self.left { self.left / all } else { 1.0 };
         for (k, place, push) in pushes {
             let (point, push) = (&points.all[k as usize], push * share);
-            domain.kick(point.id, &point.offset, &push);
+            body.kick(point.id, &point.offset, &push);
             self.given += push;
             self.moment += place.cross(&push);
         }
         let along = share * all;
         self.left -= along;
         if along > 0.0 {
-            self.touched = Some(domain.time);
+            self.touched = Some(time);
         }
         let before = self.speed;
         self.speed -= self.mobility * along;

@@ -1,7 +1,7 @@
 //! Points of a body that lie at its surface, and carry it.
 
-use crate::mpm::Domain;
-use cullet_fragment::carriers::Carriers;
+use crate::carriers::Carriers;
+use crate::pressed_body::PressedBody;
 use cullet_geometry::inside::Nearest;
 use cullet_geometry::shapes::refine;
 use cullet_geometry::{TriMesh, Vec3};
@@ -14,43 +14,45 @@ const FINE: f64 = 0.5;
 
 /// A point at the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SurfaceParticle {
+pub struct SurfaceParticle {
     /// Its number in the order in which points were sampled.
-    pub(super) id: u32,
+    pub id: u32,
     /// The surface that it stands for \[m²\].
-    pub(super) area: f64,
+    pub area: f64,
     /// From it to the surface, before the hit \[m\].
-    pub(super) offset: Vec3,
+    pub offset: Vec3,
 }
 
 /// All of a body's.
 #[derive(Clone, Debug)]
-pub(super) struct SurfaceParticles {
-    pub(super) all: Vec<SurfaceParticle>,
+pub struct SurfaceParticles {
+    /// In the order of their numbers.
+    pub all: Vec<SurfaceParticle>,
     /// The whole surface \[m²\].
-    pub(super) area: f64,
+    pub area: f64,
     /// Size of a cell \[m\].
-    pub(super) spacing: f64,
+    pub spacing: f64,
 }
 
 impl SurfaceParticle {
     /// The place of the surface at the point \[m\].
-    pub(super) fn place(&self, domain: &Domain) -> Vec3 {
-        let (place, motion) = domain.point(self.id);
-        let offset = self.offset + motion.displacement_gradient * self.offset;
-        place + motion.displacement + offset
+    #[must_use]
+    pub fn place(&self, body: &impl PressedBody) -> Vec3 {
+        let (now, gradient) = body.point_now(self.id);
+        let offset = self.offset + gradient * self.offset;
+        now + offset
     }
 }
 
 impl SurfaceParticles {
-    /// Of a body on its grid.
-    pub(super) fn new(domain: &Domain, mesh: &TriMesh) -> Self {
-        let spacing = domain.grid.spacing.max();
+    /// Of points at their places before the hit, in the order of their numbers, in a body of cells
+    /// of `spacing`, each as wide as two points \[m\].
+    #[must_use]
+    pub fn new(points: impl IntoIterator<Item = Vec3>, spacing: f64, mesh: &TriMesh) -> Self {
         let nearest = Nearest::new(mesh);
         let mut all = Vec::new();
         let mut places = Vec::new();
-        for id in 0..domain.particles.len() as u32 {
-            let place = domain.particles.reference[domain.slot(id)];
+        for (id, place) in (0..).zip(points) {
             let Some((closest, _, _)) = nearest.closest(place) else { continue };
             let offset = closest - place;
             if offset.norm() <= DEPTH * spacing {
@@ -78,7 +80,8 @@ impl SurfaceParticles {
 
 /// Curvature of the surface around a place, as the body curves away from `normal`, which points
 /// into it, fitted over `reach` \[1/m\].
-pub(super) fn curvature(mesh: &TriMesh, point: &Vec3, normal: &Vec3, reach: f64) -> f64 {
+#[must_use]
+pub fn curvature(mesh: &TriMesh, point: &Vec3, normal: &Vec3, reach: f64) -> f64 {
     let fine = refine(mesh, 0.25 * reach).unwrap_or_else(|_| mesh.clone());
     let (mut sum, mut weight) = (0.0, 0.0);
     for t in 0..fine.triangles.len() {
