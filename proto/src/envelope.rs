@@ -42,6 +42,8 @@ pub enum MessageKind {
     TreatedJob = 11,
     /// A problem of metal with its slabs.
     YieldingJob = 12,
+    /// A problem of metal that goes by rate and warmth or tears, with its slabs.
+    JohnsonCookJob = 13,
 }
 
 /// A message: header and bulk in an envelope.

@@ -10,8 +10,8 @@ use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use crate::strength;
 use cullet_model::{
-    BodyShape, BrittleSettings, CrackFaceDetail, Hardening, Impact, Law, Material, PointPrecision,
-    Problem, Settings, StrengthField, Support, Treatment,
+    BodyShape, BrittleSettings, CrackFaceDetail, Hardening, Impact, JohnsonCook, Law, Material,
+    PointPrecision, Problem, Settings, StrengthField, Support, Treatment,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -80,11 +80,19 @@ struct YieldingHeader {
     hardening: Hardening,
 }
 
+/// The header of a job whose material flows by rate and warmth, or tears.
+#[derive(Serialize, Deserialize)]
+struct JohnsonCookHeader {
+    job: JobHeader,
+    flow: JohnsonCook,
+}
+
 /// What a law has beside a material and the field of its strength.
 enum LawAddition {
     Brittle,
     Treated(Treatment),
     Yielding(Hardening),
+    JohnsonCook(JohnsonCook),
 }
 
 impl LawAddition {
@@ -97,6 +105,9 @@ impl LawAddition {
             Self::Yielding(hardening) => {
                 ("a job's hardening", hardening.bounds().iter().map(|bound| bound.1).collect())
             }
+            Self::JohnsonCook(flow) => {
+                ("a job's flow", flow.bounds().iter().map(|bound| bound.1).collect())
+            }
         };
         codec::finite(what, &numbers)
     }
@@ -106,6 +117,7 @@ impl LawAddition {
             Self::Brittle => Law::Brittle { material, strength },
             Self::Treated(treatment) => Law::Treated { material, strength, treatment },
             Self::Yielding(hardening) => Law::Yielding { material, hardening },
+            Self::JohnsonCook(flow) => Law::JohnsonCook { material, flow },
         }
     }
 }
@@ -177,6 +189,9 @@ impl FractureJob {
             Law::Yielding { material, hardening } => {
                 (material, &even, LawAddition::Yielding(*hardening))
             }
+            Law::JohnsonCook { material, flow } => {
+                (material, &even, LawAddition::JohnsonCook(*flow))
+            }
             _ => return Err(WireError::Unknown { what: "a job's law", kind: law.kind() }),
         };
         let (vertices, triangles) = mesh::counts(solid)?;
@@ -209,6 +224,10 @@ impl FractureJob {
             LawAddition::Yielding(hardening) => {
                 let header = YieldingHeader { job: header, hardening };
                 envelope::seal(MessageKind::YieldingJob, &header, &slabs)?
+            }
+            LawAddition::JohnsonCook(flow) => {
+                let header = JohnsonCookHeader { job: header, flow };
+                envelope::seal(MessageKind::JohnsonCookJob, &header, &slabs)?
             }
         };
         let first = bytes.len() - slabs.len();
@@ -256,6 +275,10 @@ fn opened(bytes: &[u8]) -> Result<(JobHeader, LawAddition, &[u8]), WireError> {
     } else if envelope::is(MessageKind::YieldingJob, bytes) {
         let (header, slabs) = envelope::open::<YieldingHeader>(MessageKind::YieldingJob, bytes)?;
         (header.job, LawAddition::Yielding(header.hardening), slabs)
+    } else if envelope::is(MessageKind::JohnsonCookJob, bytes) {
+        let kind = MessageKind::JohnsonCookJob;
+        let (header, slabs) = envelope::open::<JohnsonCookHeader>(kind, bytes)?;
+        (header.job, LawAddition::JohnsonCook(header.flow), slabs)
     } else {
         let (header, slabs) = envelope::open::<JobHeader>(MessageKind::Job, bytes)?;
         (header, LawAddition::Brittle, slabs)

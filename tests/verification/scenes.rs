@@ -181,6 +181,24 @@ fn lead_soldier() {
     assert!(told.contains("for soldier deformed: ductile"), "{told}");
 }
 
+/// The plate is left with one hole, and the ball has gone through it.
+#[test]
+fn plate() {
+    let out = unique("plate");
+    let told = holds_in(&out, "plate");
+    assert!(told.contains("for plate broken: ductile"), "{told}");
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let part = recording.bodies.iter().filter(|body| body.object == "plate").last();
+    let solid = &recording.geometries[&part.expect("what is left").geometry];
+    let mesh = Solid::try_from(solid).expect("a solid").mesh;
+    let edges = 3 * mesh.triangles.len() / 2;
+    assert_eq!(mesh.vertices.len() + mesh.triangles.len(), edges, "V − E + F of a ring is 0");
+    let ball = recording.bodies.iter().find(|body| body.object == "ball").expect("a ball");
+    let last = recording.poses.last().expect("a step");
+    let place = last.poses.iter().find(|pose| pose.id == ball.id).expect("its pose").position;
+    assert!(place[1] > 0.5, "{place:?}");
+}
+
 /// The faster one is flatter.
 #[test]
 fn clay() {

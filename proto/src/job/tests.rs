@@ -3,7 +3,7 @@
 use super::*;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
 use cullet_model::strength::{Region, StrengthLayers, Stroke, VertexPaint};
-use cullet_model::{Interlayer, PatternWeakPlane};
+use cullet_model::{DuctileFailure, Interlayer, PatternWeakPlane, ThermalSoftening};
 use std::sync::Arc;
 
 pub(crate) fn tetrahedron() -> Solid {
@@ -164,6 +164,43 @@ fn a_job_of_metal_comes_back_and_its_id_is_its_own() -> Result<(), WireError> {
     }
     let wrong = metal(f64::INFINITY, 0.45).encode();
     assert_eq!(wrong, Err(WireError::NotFinite { what: "a job's hardening" }));
+    for end in 0..bytes.len() {
+        assert!(FractureJob::decode(&bytes[..end]).is_err(), "{end} of {}", bytes.len());
+    }
+    Ok(())
+}
+
+#[test]
+fn a_job_of_metal_that_tears_comes_back_and_its_id_is_its_own() -> Result<(), WireError> {
+    let flow = JohnsonCook {
+        hardening: Hardening { yield_stress: 792e6, hardening: 510e6, exponent: 0.26 },
+        rate: 0.014,
+        reference_rate: 1.0,
+        softening: Some(ThermalSoftening {
+            melting: 1500.0,
+            exponent: 1.03,
+            heat_capacity: 477.0,
+            heat_share: 0.9,
+        }),
+        failure: Some(DuctileFailure { d: [0.05, 3.44, -2.12, 0.002, 0.61] }),
+    };
+    let metal = |flow: JohnsonCook| {
+        let mut job = sample();
+        job.problem.law = Law::JohnsonCook { material: *law(&mut job).0, flow };
+        job
+    };
+    let job = metal(flow);
+    let bytes = job.encode()?;
+    assert_eq!(FractureJob::decode(&bytes)?, job);
+    let others =
+        [JohnsonCook { failure: None, ..flow }, JohnsonCook { rate: 0.0, ..flow }].map(metal);
+    for other in others {
+        assert_eq!(FractureJob::decode(&other.encode()?)?, other);
+        assert_ne!(job.id()?, other.id()?);
+    }
+    let failure = Some(DuctileFailure { d: [f64::NAN, 0.0, 0.0, 0.0, 0.0] });
+    let wrong = metal(JohnsonCook { failure, ..flow }).encode();
+    assert_eq!(wrong, Err(WireError::NotFinite { what: "a job's flow" }));
     for end in 0..bytes.len() {
         assert!(FractureJob::decode(&bytes[..end]).is_err(), "{end} of {}", bytes.len());
     }

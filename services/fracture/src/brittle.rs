@@ -8,20 +8,20 @@ mod tests;
 mod warnings;
 
 use crate::damage::{BodyWeakPlane, Softening};
+use crate::mpm::crushed::CrushRules;
 use crate::mpm::diagnostics::{CHECK_PERIOD, Diagnostics, Given};
 use crate::mpm::domain::stable_step;
 use crate::mpm::elastic_support::ElasticSupport;
 use crate::mpm::load::ImpactLoad;
 use crate::mpm::load_patch::LEAST_RADIUS;
+use crate::mpm::point_damage::{PointDamage, motes};
 use crate::mpm::preconditions::{
     check_contacts, check_hairline, check_impacts, check_material, check_spin, check_supports,
     check_thickness, choose_spacing, sample_points, stretch, within,
 };
 use crate::mpm::{Domain, DomainTally, crushed, motion, quadrature};
 use crate::particles::Particles;
-use cullet_fragment::crack::BROKEN;
-use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition};
-use cullet_fragment::debris::{Mote, Motes};
+use cullet_fragment::cut::{self, CutError, CutSettings, Partition};
 use cullet_fragment::finish::{Finish, FinishedParts, FragmentMotion};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
@@ -346,26 +346,17 @@ impl Brittle {
 
     fn finish(&mut self) -> Result<Fragmentation, Failure> {
         self.check()?;
-        let (positions, damage, damage_time, normals) = self.field();
+        let damage = PointDamage::of(&self.domain);
         let pieces = self.domain.pieces();
-        let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());
-        let field = DamageField {
-            spacing: self.domain.grid.spacing.max(),
-            positions: &positions,
-            damage: &damage,
-            damage_time: &damage_time,
-            time_step: self.domain.step,
-            top_speed: self.problem.material.shear_speed(),
-            scale: Vec3::repeat(1.0),
-            normals: Some(&normals),
-            pieces: Some(&pieces),
-        };
+        let rules = CrushRules::of(&self.problem, self.domain.grid.spacing);
+        let pieces = crushed::pieces(&self.domain.particles, pieces, &rules);
+        let field = damage.field(&self.domain, self.problem.material.shear_speed(), &pieces);
         let settings = self.cut_settings();
         let stretch = stretch(&self.domain.grid.spacing);
         let partition = cut::extract_stretched(&self.problem.solid, &field, &settings, &stretch)
             .and_then(may_be_shown)
             .map_err(|error| Failure::Cut(error.to_string()))?;
-        let mut report = self.report(&damage);
+        let mut report = self.report(&damage.damage);
         report.crack_area = partition.crack_area;
         report.fracture_energy = self.problem.material.fracture_energy * partition.crack_area;
         report.warnings.extend(partition.warnings);
@@ -385,8 +376,9 @@ impl Brittle {
         let finish = Finish {
             problem: &self.problem,
             spacing: (self.domain.grid.spacing.min(), self.domain.grid.spacing.max()),
-            motes: &self.motes(),
+            motes: &motes(&self.domain, |p| self.domain.particles.reference[p]),
             pushes: &pushes.chain(supports).collect::<Vec<_>>(),
+            debris_from: usize::MAX,
         };
         let motions: Vec<FragmentMotion> = motions.iter().map(|m| (m.velocity, m.spin)).collect();
         let FinishedParts { fragments, debris, warnings } =
@@ -405,41 +397,6 @@ impl Brittle {
             seed: self.problem.seed,
             detail: self.problem.settings.brittle.detail,
         }
-    }
-
-    /// The broken points and how they move.
-    fn motes(&self) -> Motes {
-        let particles = &self.domain.particles;
-        let motions = self.domain.motions();
-        let broken = (0..particles.len() as u32).map(|id| self.domain.slot(id));
-        let broken = broken.filter(|&p| particles.damage[p] >= BROKEN);
-        let mote = |p: usize| Mote { place: particles.reference[p], velocity: motions[p].velocity };
-        Motes { all: broken.map(mote).collect(), reach: self.domain.grid.spacing.max() }
-    }
-
-    fn rules(&self) -> crushed::CrushRules {
-        let push: Vec3 = self.problem.impacts.iter().map(|hit| hit.normal * hit.impulse).sum();
-        crushed::CrushRules {
-            spacing: self.domain.grid.spacing,
-            material: self.problem.material,
-            seed: self.problem.seed,
-            tolerance: self.problem.settings.tolerance(),
-            most: self.problem.settings.max_fragments,
-            push: push.try_normalize(0.0).unwrap_or_default(),
-        }
-    }
-
-    /// Damage in the order in which the points were sampled.
-    fn field(&self) -> (Vec<Vec3>, Vec<f64>, Vec<f64>, Vec<Vec3>) {
-        let particles = &self.domain.particles;
-        let slots = (0..particles.len() as u32).map(|id| self.domain.slot(id));
-        let slots: Vec<usize> = slots.collect();
-        (
-            slots.iter().map(|&p| particles.reference[p]).collect(),
-            slots.iter().map(|&p| particles.damage[p]).collect(),
-            slots.iter().map(|&p| particles.damage_time[p].max(0.0)).collect(),
-            slots.iter().map(|&p| particles.normal[p]).collect(),
-        )
     }
 }
 

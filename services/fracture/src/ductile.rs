@@ -1,9 +1,11 @@
 //! Ductile solids: the material point method of the brittle family with J2 flow in place of cracks.
 //! Strikers and supports are rigid and press on the surface; what comes of a hit is a dent.
 
+mod settling;
 mod shape;
 #[cfg(test)]
 mod tests;
+mod torn;
 
 use crate::damage::Softening;
 use crate::mpm::domain::stable_step;
@@ -13,17 +15,17 @@ use crate::mpm::preconditions::{
 };
 use crate::mpm::{Domain, motion, quadrature};
 use crate::particles::Particles;
-use cullet_fragment::kinetic_damping::KineticDamping;
 use cullet_fragment::press::{RigidPress, share_out};
 use cullet_fragment::surface_particles::SurfaceParticles;
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_model::brittle::POINTS_PER_CELL;
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Hardening, JohnsonCook, Material, PointPrecision, Problem,
-    Progress, Refusal, SolveOutcome, Solver,
+    BrittleProblem, Cost, Failure, JohnsonCook, Material, PointPrecision, Problem, Progress,
+    Refusal, SolveOutcome, Solver,
 };
 use cullet_simd::SimdLevel;
+use settling::PieceSettling;
 
 /// Fewest and most points, and bytes that one needs with its share of arenas and nodes.
 const LEAST_PARTICLES: f64 = 200.0;
@@ -70,7 +72,7 @@ const MOST_ELASTIC: f64 = 0.1;
 #[derive(Debug)]
 pub struct Ductile {
     problem: BrittleProblem,
-    hardening: Hardening,
+    flow: JohnsonCook,
     domain: Domain,
     points: SurfaceParticles,
     strikers: Vec<RigidPress>,
@@ -78,7 +80,7 @@ pub struct Ductile {
     /// L/c_s \[s\].
     transit: f64,
     setup: FlowSetup,
-    settling: KineticDamping,
+    settling: PieceSettling,
     record: FlowRecord,
 }
 
@@ -99,6 +101,8 @@ struct FlowRecord {
     plastic: f64,
     /// Energy that tearing took beside that \[J\].
     torn: f64,
+    /// Energy that the sides of tears lost as they met \[J\].
+    collided: f64,
     /// When so much more had flowed as counts, and the plastic work then \[s\], \[J\].
     flowed: (f64, f64),
     /// Greatest eigenvalue of C⁻¹ so far \[1\].
@@ -106,6 +110,10 @@ struct FlowRecord {
     /// Greatest |v|² of a node \[m²/s²\].
     fastest: f64,
     crushed: u32,
+    /// Points that tore.
+    broken: u32,
+    /// Of these, those that were drawn out farther than the grid follows.
+    shredded: u32,
     push_over: Option<f64>,
     /// Energy found less energy given, over that of the hits, where it was most \[1\].
     energy_off: f64,
@@ -117,13 +125,13 @@ impl Solver for Ductile {
     const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
-        let (problem, hardening) = BrittleProblem::yielding(problem.clone(), Self::NAME)?;
-        estimate_cost(&problem, &hardening)
+        let (problem, flow) = BrittleProblem::yielding(problem.clone(), Self::NAME)?;
+        estimate_cost(&problem, &flow)
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
-        let (problem, hardening) = BrittleProblem::yielding(problem, Self::NAME)?;
-        Self::with(problem, hardening, SimdLevel::best())
+        let (problem, flow) = BrittleProblem::yielding(problem, Self::NAME)?;
+        Self::with(problem, flow, SimdLevel::best())
     }
 
     fn advance(&mut self) -> Progress {
@@ -147,12 +155,12 @@ impl Solver for Ductile {
 }
 
 /// What a problem would cost, or the bound that it breaks.
-fn estimate_cost(problem: &BrittleProblem, hardening: &Hardening) -> Result<Cost, Refusal> {
+fn estimate_cost(problem: &BrittleProblem, flow: &JohnsonCook) -> Result<Cost, Refusal> {
     let Material { density, young, poisson, .. } = problem.material;
     within("density [kg/m^3]", density, 1e-3, 1e6)?;
     within("Young's modulus [Pa]", young, 1.0, 1e14)?;
     within("Poisson's ratio", poisson, 0.0, 0.49)?;
-    let ratio = hardening.yield_stress / young;
+    let ratio = flow.hardening.yield_stress / young;
     within("yield stress over Young's modulus", ratio, 1e-6, MOST_ELASTIC)?;
     check_impacts(&problem.impacts)?;
     check_supports(&problem.supports)?;
@@ -188,10 +196,10 @@ impl Ductile {
     /// If the problem is not for this solver.
     pub fn with(
         problem: BrittleProblem,
-        hardening: Hardening,
+        flow: JohnsonCook,
         simd_level: SimdLevel,
     ) -> Result<Self, Refusal> {
-        estimate_cost(&problem, &hardening)?;
+        estimate_cost(&problem, &flow)?;
         let spacing = choose_spacing(&problem)?;
         let mesh = &problem.solid.mesh;
         let points = sample_points(&problem, &spacing)?;
@@ -203,7 +211,7 @@ impl Ductile {
         particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
         let softening = Softening::on_grid(material, spacing.max());
         let mut domain = Domain::new(particles, material, softening, spacing);
-        domain.let_flow(material, &JohnsonCook::from(hardening));
+        domain.let_flow(material, &flow);
         domain.select(problem.settings.precision, simd_level);
         let step = time_step(&problem, &spacing);
         domain.step = step;
@@ -224,20 +232,23 @@ impl Ductile {
         let mut made = Self {
             transit: transit(&problem),
             problem,
-            hardening,
+            flow,
             domain,
             points: surface,
             strikers,
             supports,
             setup: FlowSetup { step, simd_level, halvings: 0 },
-            settling: KineticDamping::default(),
+            settling: PieceSettling::default(),
             record: FlowRecord {
                 plastic: 0.0,
                 torn: 0.0,
+                collided: 0.0,
                 flowed: (0.0, 0.0),
                 thinnest: 1.0,
                 fastest: 0.0,
                 crushed: 0,
+                broken: 0,
+                shredded: 0,
                 push_over: None,
                 energy_off: 0.0,
                 warnings: Vec::new(),
@@ -255,7 +266,7 @@ impl Ductile {
         }
         let mut problem = self.problem.clone();
         problem.settings.precision = PointPrecision::Double;
-        let mut fresh = Self::with(problem, self.hardening, self.setup.simd_level).ok()?;
+        let mut fresh = Self::with(problem, self.flow, self.setup.simd_level).ok()?;
         fresh.setup.halvings = self.setup.halvings + 1;
         fresh.setup.step /= f64::from(1_u32 << fresh.setup.halvings);
         let step = fresh.setup.step;
@@ -288,6 +299,10 @@ impl Ductile {
         let record = &mut self.record;
         record.plastic += tally.plastic;
         record.torn += tally.dissipated;
+        record.collided += tally.collided;
+        record.broken += tally.broken;
+        record.shredded += tally.shredded;
+        let tears = tally.broken > 0;
         if record.plastic > record.flowed.1 + NO_FLOW * energy {
             record.flowed = (self.domain.time, record.plastic);
         }
@@ -298,10 +313,23 @@ impl Ductile {
         if share > CRUSHED_SHARE {
             return Err(Failure::Unstable { ratio: share, step: self.domain.steps });
         }
+        if tears {
+            self.lay_open();
+        }
         if self.domain.steps.is_multiple_of(CHECK) {
             self.check()?;
         }
         Ok(())
+    }
+
+    /// Lets strikers touch what the tears of the last step have laid open.
+    fn lay_open(&mut self) {
+        for id in self.domain.laid_open() {
+            self.points.lay_open(id);
+        }
+        for press in &mut self.strikers {
+            press.meet(&self.points, &self.domain);
+        }
     }
 
     fn presses(&self) -> impl Iterator<Item = &RigidPress> {
@@ -311,7 +339,9 @@ impl Ductile {
     fn check(&mut self) -> Result<(), Failure> {
         let step = self.domain.steps;
         let held = self.domain.kinetic_energy() + self.domain.elastic_energy();
-        let found = held + self.record.plastic + self.record.torn + self.settling.taken;
+        let record = &self.record;
+        let spent = record.plastic + record.torn + record.collided + self.settling.taken();
+        let found = held + spent;
         if !found.is_finite() {
             return Err(Failure::NotFinite { what: "the body's energy", step });
         }
@@ -347,8 +377,13 @@ impl Ductile {
         let apart =
             |it: &RigidPress| time - it.touched.unwrap_or(0.0) > APART_TRANSITS * self.transit;
         let rests = |it: &RigidPress| apart(it) || quiet;
+        // What is pierced lets its striker go on.
+        let torn = self.record.broken > 0;
         let parted = |it: &RigidPress| {
-            let comes_on = it.speed > whole.dot(&it.normal);
+            let comes_on = match torn {
+                true => it.comes_on(&self.points, &self.domain),
+                false => it.speed > whole.dot(&it.normal),
+            };
             it.left <= 0.0 || if apart(it) { !comes_on } else { quiet }
         };
         let over = self.strikers.iter().all(parted) && self.supports.iter().all(rests);
@@ -371,19 +406,10 @@ impl Ductile {
     fn close(&mut self) -> Result<Option<SolveOutcome>, Failure> {
         let since = self.domain.time - self.record.push_over.unwrap_or(0.0);
         let late = since > REST_TRANSITS * self.transit || self.is_spent();
-        if late || !self.is_dented() || self.settle() {
+        if late || !self.is_dented() || self.settling.settle(&mut self.domain, self.record.broken) {
             return self.finish().map(Some);
         }
         Ok(None)
-    }
-
-    /// Lets go of what swings: whether the body is at rest.
-    fn settle(&mut self) -> bool {
-        let (_, places) = self.node_places();
-        let mut velocities = self.domain.node_velocities();
-        let rests = self.settling.look(&self.domain.grid.nodes.mass, &places, &mut velocities);
-        self.domain.set_node_velocities(&velocities);
-        rests
     }
 
     /// Where nodes were before the hit and where they are now \[m\].

@@ -20,6 +20,8 @@ pub struct Finish<'a> {
     pub motes: &'a Motes,
     /// Where something pushed \[m\], and what it gave \[N·s\].
     pub pushes: &'a [(Vec3, Vec3)],
+    /// Parts from this one on become debris, however large they are.
+    pub debris_from: usize,
 }
 
 /// What becomes of the parts.
@@ -68,8 +70,10 @@ impl Finish<'_> {
         let settings = &self.problem.settings;
         let least = settings.debris * self.problem.solid.mesh.signed_volume();
         // They come by falling volume.
-        let large = fragments.partition_point(|f| f.solid.mesh.signed_volume() >= least).max(2);
-        let small = fragments.split_off(large.min(fragments.len()));
+        let last = self.debris_from.min(fragments.len());
+        let large = fragments[..last].partition_point(|f| f.solid.mesh.signed_volume() >= least);
+        let large = large.max(2);
+        let small = fragments.split_off(large.min(last));
         small
             .iter()
             .enumerate()

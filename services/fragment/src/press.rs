@@ -59,7 +59,7 @@ pub struct RigidPress {
     pub left: f64,
     /// Energy that it has lost \[J\].
     pub lost: f64,
-    /// Energy that crushing of the contact took \[J\].
+    /// Energy that crushing of the contact took, and what springs held of points that tore \[J\].
     pub crushed: f64,
     /// Energy in its spring now \[J\].
     pub stored: f64,
@@ -75,6 +75,8 @@ pub struct RigidPress {
     near: Vec<u32>,
     /// How deep each touched point's spring was crushed, by place in the list \[m\].
     dents: Vec<f64>,
+    /// How deep each spring was pressed in the last step, likewise \[m\].
+    pressed: Vec<f64>,
 }
 
 /// Leaves each point to the support that is nearest to it, so that they do not add up.
@@ -148,6 +150,7 @@ impl RigidPress {
             stiffness: 0.0,
             near: Vec::new(),
             dents: Vec::new(),
+            pressed: Vec::new(),
         }
     }
 
@@ -175,6 +178,41 @@ impl RigidPress {
             if depth < most { depth } else { f64::INFINITY }
         };
         self.dents = points.all.iter().map(slack).collect();
+        self.pressed = vec![0.0; self.dents.len()];
+    }
+
+    /// Takes the points behind those that it knows, which tears have laid open: what lies in it
+    /// is not pushed out.
+    pub fn meet(&mut self, points: &SurfaceParticles, body: &impl PressedBody) {
+        self.near.extend(self.dents.len() as u32..points.all.len() as u32);
+        for point in &points.all[self.dents.len()..] {
+            let depth = self.depth(&point.place(body)).map_or(0.0, |(depth, _)| depth.max(0.0));
+            self.dents.push(depth);
+            self.pressed.push(0.0);
+        }
+    }
+
+    /// Whether anything that bears lies before it and moves slower: otherwise it is through.
+    #[must_use]
+    pub fn comes_on(&self, points: &SurfaceParticles, body: &impl PressedBody) -> bool {
+        let radius = match self.shape {
+            PressShape::Plane => f64::INFINITY,
+            PressShape::Disc(radius) | PressShape::Ball(radius) => radius,
+        };
+        points.all.iter().filter(|point| body.bears(point.id)).any(|point| {
+            let arm = point.place(body) - self.point;
+            let along = arm.dot(&self.normal);
+            let aside = (arm - self.normal * along).norm();
+            // Where its front is beside its axis.
+            let front = match self.shape {
+                PressShape::Ball(radius) if aside < radius => {
+                    self.way - radius + (radius * radius - aside * aside).sqrt()
+                }
+                _ => self.way,
+            };
+            let slower = body.speed_now(point.id).dot(&self.normal) < self.speed;
+            aside < radius && along > front && slower
+        })
     }
 
     /// How deep a place lies in it, and the unit direction out of it; nothing beside it.
@@ -225,6 +263,12 @@ impl RigidPress {
             let point: &SurfaceParticle = &points.all[k as usize];
             let place = point.place(body);
             let Some((depth, out)) = self.depth(&place) else { continue };
+            let pressed = std::mem::take(&mut self.pressed[k as usize]);
+            if !body.bears(point.id) {
+                // What its spring held goes with it.
+                self.crushed += 0.5 * self.stiffness * pressed * pressed * point.area;
+                continue;
+            }
             let dent = &mut self.dents[k as usize];
             let most = self.limit / self.stiffness;
             if depth - *dent > most && dent.is_finite() {
@@ -236,6 +280,7 @@ impl RigidPress {
             if left > 0.0 {
                 let pressure = self.stiffness * left;
                 self.stored += 0.5 * pressure * left * point.area;
+                self.pressed[k as usize] = left;
                 pushes.push((k, place, out * (pressure * point.area * step)));
             }
         }

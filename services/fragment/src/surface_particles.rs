@@ -26,12 +26,14 @@ pub struct SurfaceParticle {
 /// All of a body's.
 #[derive(Clone, Debug)]
 pub struct SurfaceParticles {
-    /// In the order of their numbers.
+    /// In the order of their numbers, then those that tears have laid open.
     pub all: Vec<SurfaceParticle>,
     /// The whole surface \[m²\].
     pub area: f64,
     /// Size of a cell \[m\].
     pub spacing: f64,
+    /// Whether a point is one of them, by its number.
+    known: Vec<bool>,
 }
 
 impl SurfaceParticle {
@@ -50,17 +52,18 @@ impl SurfaceParticles {
     #[must_use]
     pub fn new(points: impl IntoIterator<Item = Vec3>, spacing: f64, mesh: &TriMesh) -> Self {
         let nearest = Nearest::new(mesh);
-        let mut all = Vec::new();
-        let mut places = Vec::new();
+        let (mut all, mut places, mut known) = (Vec::new(), Vec::new(), Vec::new());
         for (id, place) in (0..).zip(points) {
+            known.push(false);
             let Some((closest, _, _)) = nearest.closest(place) else { continue };
             let offset = closest - place;
             if offset.norm() <= DEPTH * spacing {
                 all.push(SurfaceParticle { id, area: 0.0, offset });
                 places.push(place);
+                known[id as usize] = true;
             }
         }
-        let mut points = Self { all, area: 0.0, spacing };
+        let mut points = Self { all, area: 0.0, spacing, known };
         if points.all.is_empty() {
             return points;
         }
@@ -75,6 +78,17 @@ impl SurfaceParticles {
             }
         }
         points
+    }
+
+    /// Adds a point that a tear has laid open, unless it is there; whether it was not.
+    pub fn lay_open(&mut self, id: u32) -> bool {
+        let new = !std::mem::replace(&mut self.known[id as usize], true);
+        if new {
+            // It stands for half a cell's square.
+            let area = 0.25 * self.spacing * self.spacing;
+            self.all.push(SurfaceParticle { id, area, offset: Vec3::zeros() });
+        }
+        new
     }
 }
 

@@ -195,7 +195,8 @@ fn greatest_curvatures(mesh: &TriMesh) -> Vec<f64> {
 }
 
 /// Unit normals at the vertices, weighted by area.
-pub(crate) fn vertex_normals(mesh: &TriMesh) -> Vec<Vec3> {
+#[must_use]
+pub fn vertex_normals(mesh: &TriMesh) -> Vec<Vec3> {
     let mut sums = vec![Vec3::zeros(); mesh.vertices.len()];
     for t in 0..mesh.triangles.len() {
         let area = area_vector(mesh, t);

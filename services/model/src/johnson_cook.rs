@@ -9,6 +9,10 @@ const ENOUGH: f64 = 1e-12;
 /// Triaxiality below which nothing tears: −⅓ \[Bao and Wierzbicki 2005\].
 const CUT_OFF: f64 = -1.0 / 3.0;
 
+/// Least strain at which anything tears: fits with a negative D₁ have none at high triaxialities
+/// \[1\].
+const LEAST_FAILURE: f64 = 0.01;
+
 /// σ_y = (A + Bεⁿ)(1 + C ln ε̇/ε̇₀)(1 − T*^m) \[Johnson and Cook 1983\], and the strain at which it
 /// tears \[1985\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +84,37 @@ impl JohnsonCook {
         self.softening.map_or(0.0, |it| (warming / it.melting).clamp(0.0, 1.0))
     }
 
+    /// Whether it flows alike at any rate and temperature, and does not tear.
+    #[must_use]
+    pub fn is_plain(&self) -> bool {
+        self.rate == 0.0 && self.softening.is_none() && self.failure.is_none()
+    }
+
+    /// Its numbers: what each is, its value, the least and the greatest that holds.
+    #[must_use]
+    pub fn bounds(&self) -> Vec<(&'static str, f64, f64, f64)> {
+        let mut all = self.hardening.bounds().to_vec();
+        all.push(("coefficient of the rate [1]", self.rate, 0.0, 1.0));
+        all.push(("reference rate [1/s]", self.reference_rate, 1e-9, 1e9));
+        if let Some(heat) = self.softening {
+            all.push(("warming until it melts [K]", heat.melting, 1.0, 1e4));
+            all.push(("exponent of the softening [1]", heat.exponent, 0.05, 20.0));
+            all.push(("heat capacity [J/(kg K)]", heat.heat_capacity, 1.0, 1e6));
+            all.push(("share of the work that is heat [1]", heat.heat_share, 0.0, 1.0));
+        }
+        if let Some(failure) = self.failure {
+            let [first, second, slope, rate, heat] = failure.d;
+            all.push(("D1 of the failure strain [1]", first, -10.0, 100.0));
+            all.push(("D2 of the failure strain [1]", second, 0.0, 100.0));
+            all.push(("D3 of the failure strain [1]", slope, -20.0, 20.0));
+            all.push(("D4 of the failure strain [1]", rate, -1.0, 10.0));
+            all.push(("D5 of the failure strain [1]", heat, -1.0, 100.0));
+            let pulled = failure.strain(1.0 / 3.0);
+            all.push(("failure strain of a slow pull [1]", pulled, LEAST_FAILURE, 100.0));
+        }
+        all
+    }
+
     /// What warming leaves of the flow stress \[1\].
     fn left(&self, warming: f64) -> f64 {
         let power = |it: ThermalSoftening| libm::pow(self.homologous(warming), it.exponent);
@@ -143,7 +178,7 @@ impl JohnsonCook {
         let (first, d) = (failure.strain(triaxiality), failure.d);
         let most =
             first * (1.0 + d[3] * self.haste(rate)) * (1.0 + d[4] * self.homologous(warming));
-        strain / most.max(f64::MIN_POSITIVE)
+        strain / most.max(LEAST_FAILURE)
     }
 }
 

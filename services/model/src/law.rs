@@ -1,6 +1,6 @@
 //! How a body's material behaves.
 
-use crate::{Hardening, Material, StrengthField, Treatment};
+use crate::{Hardening, JohnsonCook, Material, StrengthField, Treatment};
 
 /// A constitutive law with its numbers. Further laws will follow: a family refuses those that it
 /// does not know.
@@ -30,6 +30,13 @@ pub enum Law {
         /// How it yields.
         hardening: Hardening,
     },
+    /// Likewise, by a law that also goes by rate and warmth, and tears.
+    JohnsonCook {
+        /// Elasticity and G_f; σ_f is not used.
+        material: Material,
+        /// How it flows and tears.
+        flow: JohnsonCook,
+    },
 }
 
 impl Law {
@@ -40,6 +47,7 @@ impl Law {
             Self::Brittle { .. } => "brittle",
             Self::Treated { treatment, .. } => treatment.kind(),
             Self::Yielding { .. } => "yielding",
+            Self::JohnsonCook { .. } => "Johnson-Cook",
         }
     }
 
@@ -49,7 +57,8 @@ impl Law {
         match self {
             Self::Brittle { material, .. }
             | Self::Treated { material, .. }
-            | Self::Yielding { material, .. } => material.density,
+            | Self::Yielding { material, .. }
+            | Self::JohnsonCook { material, .. } => material.density,
         }
     }
 }

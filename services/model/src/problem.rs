@@ -1,7 +1,7 @@
 //! What a solver is given: the body, its law, its hits and supports, and how it may be solved.
 
 use crate::{
-    BodyShape, CrackFaceDetail, Hardening, Law, Material, PointPrecision, Refusal, StrengthField,
+    BodyShape, CrackFaceDetail, JohnsonCook, Law, Material, PointPrecision, Refusal, StrengthField,
     Tolerance, Treatment,
 };
 use cullet_geometry::{Solid, Vec3};
@@ -162,22 +162,27 @@ impl BrittleProblem {
     }
 
     /// The problem of a metal that yields, for the family of that name, as one that does not crack,
-    /// and how it yields.
+    /// and how it flows.
     ///
     /// # Errors
     /// [`Refusal::Unknown`] where the body is no solid or its law is another;
-    /// [`Refusal::OutOfRange`] where a number of its hardening does not hold.
-    pub fn yielding(problem: Problem, solver: &'static str) -> Result<(Self, Hardening), Refusal> {
-        let Law::Yielding { material, hardening } = problem.law else {
-            return Err(Refusal::Unknown { solver, what: "a law", kind: problem.law.kind() });
+    /// [`Refusal::OutOfRange`] where a number of its flow does not hold.
+    pub fn yielding(
+        problem: Problem,
+        solver: &'static str,
+    ) -> Result<(Self, JohnsonCook), Refusal> {
+        let (material, flow) = match problem.law {
+            Law::Yielding { material, hardening } => (material, JohnsonCook::from(hardening)),
+            Law::JohnsonCook { material, flow } => (material, flow),
+            law => return Err(Refusal::Unknown { solver, what: "a law", kind: law.kind() }),
         };
-        for (what, value, low, high) in hardening.bounds() {
+        for (what, value, low, high) in flow.bounds() {
             if !(low..=high).contains(&value) {
                 return Err(Refusal::OutOfRange { what, value, low, high });
             }
         }
         let law = Law::Brittle { material, strength: StrengthField::even() };
-        Ok((Self::of(Problem { law, ..problem }, solver)?, hardening))
+        Ok((Self::of(Problem { law, ..problem }, solver)?, flow))
     }
 
     /// The problem, for the family of that name, with what was done to its glass.
@@ -195,7 +200,9 @@ impl BrittleProblem {
         let (material, strength, treatment) = match law {
             Law::Brittle { material, strength } => (material, strength, None),
             Law::Treated { material, strength, treatment } => (material, strength, Some(treatment)),
-            Law::Yielding { .. } => return Err(unknown("a law", law.kind())),
+            Law::Yielding { .. } | Law::JohnsonCook { .. } => {
+                return Err(unknown("a law", law.kind()));
+            }
         };
         let problem = Self { solid, material, strength, impacts, supports, spin, settings, seed };
         Ok((problem, treatment))

@@ -206,7 +206,8 @@ fn caption(track: &Track, time: f64) -> String {
             let mass: f64 = shares.iter().map(|(mass, _)| mass).sum();
             let all = Shares::of((n as u64, drawn().count() as u64), (mass, drawn().sum()));
             let (solved, drawn) = (all.pieces - all.sampled_pieces, all.sampled_pieces);
-            let by_mass = 100.0 * all.sampled_mass;
+            // A sum of nothing is −0.
+            let by_mass = 100.0 * all.sampled_mass + 0.0;
             format!("{time:.3} s  {solved} solved, {drawn} sampled, {by_mass:.0} % of mass")
         }
     }

@@ -3,7 +3,7 @@
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_model::{
-    BodyShape, BrittleSettings, Hardening, Law, Material, PointPrecision, Problem, Settings,
+    BodyShape, BrittleSettings, JohnsonCook, Law, Material, PointPrecision, Problem, Settings,
     StrengthField, Treatment,
 };
 use cullet_plan::{AccuracyTarget, Policy, SolveLimits, SolveOrder, family};
@@ -24,7 +24,7 @@ pub(super) struct Choice {
     /// What was done to its glass.
     treatment: Option<Treatment>,
     /// How its metal yields.
-    plasticity: Option<Hardening>,
+    plasticity: Option<JohnsonCook>,
 }
 
 impl Choice {
@@ -89,7 +89,7 @@ impl Choice {
         let family = self.solver.as_deref();
         let weak_plane = self.strength.weak_plane.is_some();
         let treated = self.treatment.is_some();
-        let yield_stress = self.plasticity.map(|hardening| hardening.yield_stress);
+        let yield_stress = self.plasticity.map(|flow| flow.hardening.yield_stress);
         let most_supports = MAX_SUPPORTS;
         Policy {
             target,
@@ -132,7 +132,11 @@ pub(super) fn problem(
     // The plan asks the shell of thin plates only; what is none is taken as annealed.
     let treatment = choice.treatment.filter(|_| order.family == family::SHELL);
     let law = match (choice.plasticity, treatment) {
-        (Some(hardening), _) => Law::Yielding { material, hardening },
+        // A wall flows slow and cold, and tears by its own law.
+        (Some(flow), _) if flow.is_plain() || order.family == family::SHELL => {
+            Law::Yielding { material, hardening: flow.hardening }
+        }
+        (Some(flow), _) => Law::JohnsonCook { material, flow },
         (None, None) => Law::Brittle { material, strength },
         (None, Some(treatment)) => Law::Treated { material, strength, treatment },
     };

@@ -19,7 +19,7 @@ pub use fidelity::Fidelity;
 pub use generator::{Grid, Scatter, Stack};
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub(crate) use material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
-pub use plasticity::Plasticity;
+pub use plasticity::{HeatSoftening, Plasticity};
 pub use shape::Shape;
 pub use show::{Bounds, Expect, RecordingSettings, ShareBounds, View};
 pub use treatment::{GlassTreatment, InterlayerFilm};

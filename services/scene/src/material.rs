@@ -11,8 +11,8 @@ use super::format::{
 use super::sourced::Fault;
 use super::treatment;
 use cullet_document::check::tell;
-use cullet_model::{Hardening, Treatment};
-pub use preset::{Preset, PresetPlasticity};
+use cullet_model::{DuctileFailure, Hardening, JohnsonCook, ThermalSoftening, Treatment};
+pub use preset::{Preset, PresetFlow, PresetPlasticity};
 use presets::PRESETS;
 
 pub use super::sourced::{Kind, Sourced};
@@ -114,23 +114,51 @@ pub struct SceneMaterial {
     /// What was done to it, if it is glass.
     pub treatment: Option<Treatment>,
     /// How it yields, if it is a metal that dents.
-    pub plasticity: Option<Hardening>,
+    pub plasticity: Option<JohnsonCook>,
 }
 
-impl From<PresetPlasticity> for Hardening {
+impl From<PresetPlasticity> for JohnsonCook {
     fn from(preset: PresetPlasticity) -> Self {
-        let PresetPlasticity { yield_stress, hardening, exponent } = preset;
+        let PresetPlasticity { yield_stress, hardening, exponent, flow } = preset;
         let [yield_stress, hardening, exponent] =
             [yield_stress, hardening, exponent].map(|number| number.value);
-        Self { yield_stress, hardening, exponent }
+        let plain = Self::from(Hardening { yield_stress, hardening, exponent });
+        let Some(flow) = flow else { return plain };
+        Self {
+            rate: flow.rate.value,
+            softening: Some(ThermalSoftening {
+                melting: flow.melting.value,
+                exponent: flow.softening.value,
+                heat_capacity: flow.heat_capacity.value,
+                heat_share: HEAT_SHARE,
+            }),
+            failure: Some(DuctileFailure { d: flow.failure.map(|number| number.value) }),
+            ..plain
+        }
     }
 }
 
-impl From<format::Plasticity> for Hardening {
+impl From<format::Plasticity> for JohnsonCook {
     fn from(written: format::Plasticity) -> Self {
-        let format::Plasticity { yield_stress, hardening, exponent } = written;
-        let (hardening, exponent) = (hardening.unwrap_or(0.0), exponent.unwrap_or(1.0));
-        Self { yield_stress, hardening, exponent }
+        let hardening = Hardening {
+            yield_stress: written.yield_stress,
+            hardening: written.hardening.unwrap_or(0.0),
+            exponent: written.exponent.unwrap_or(1.0),
+        };
+        let plain = Self::from(hardening);
+        let softening = written.softening.map(|heat| ThermalSoftening {
+            melting: heat.melting,
+            exponent: heat.exponent,
+            heat_capacity: heat.heat_capacity,
+            heat_share: heat.heat_share.unwrap_or(HEAT_SHARE),
+        });
+        Self {
+            rate: written.rate.unwrap_or(0.0),
+            reference_rate: written.reference_rate.unwrap_or(plain.reference_rate),
+            softening,
+            failure: written.failure.map(|d| DuctileFailure { d }),
+            ..plain
+        }
     }
 }
 
@@ -151,10 +179,13 @@ impl From<&Preset> for SceneMaterial {
             friction: preset.friction.value,
             breakable: preset.breakable,
             treatment: preset.treatment.map(Treatment::from),
-            plasticity: preset.plasticity.map(Hardening::from),
+            plasticity: preset.plasticity.map(JohnsonCook::from),
         }
     }
 }
+
+/// Share of the plastic work that becomes heat, unless a scene says otherwise \[1\].
+const HEAT_SHARE: f64 = 0.9;
 
 /// Bounds of σ_f/E \[1\]: outside, a unit was mistaken or the solid is not brittle (F77).
 pub(super) const STRENGTH_OVER_YOUNG: (f64, f64) = (1e-5, 1e-1);
@@ -205,7 +236,7 @@ impl SceneMaterial {
             treatment: treatment::of_written(written, base.as_ref().and_then(|m| m.treatment)),
             plasticity: written
                 .plasticity
-                .map(Hardening::from)
+                .map(JohnsonCook::from)
                 .or(base.as_ref().and_then(|m| m.plasticity)),
         };
         if missing.is_empty() { Ok(material) } else { Err(missing) }
@@ -216,7 +247,7 @@ impl SceneMaterial {
         let ratio = self.strength / self.young;
         let (low, high) = STRENGTH_OVER_YOUNG;
         if (low..=high).contains(&ratio) {
-            return Vec::new();
+            return self.flow_faults();
         }
         let message = format!(
             "strength over Young's modulus must lie in [{}, {}]; it is {ratio:.3e} ({} Pa / {} Pa)",
@@ -226,6 +257,18 @@ impl SceneMaterial {
             tell(self.young)
         );
         vec![("strength", message)]
+    }
+
+    /// What of its flow does not hold: its keys have bounds of their own, but for `failure`.
+    fn flow_faults(&self) -> Vec<Fault> {
+        let bounds = self.plasticity.iter().flat_map(JohnsonCook::bounds);
+        let wrong = bounds.filter(|(_, value, low, high)| !(low..=high).contains(&value));
+        let told = wrong.map(|(what, value, low, high)| {
+            let message =
+                format!("{what} must lie in [{}, {}]; it is {value}", tell(low), tell(high));
+            ("plasticity", message)
+        });
+        told.collect()
     }
 
     /// Normals that have no direction.

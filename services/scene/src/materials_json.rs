@@ -3,7 +3,7 @@
 use super::format::{Layers, WeakPlane};
 use super::material::SceneMaterial;
 use super::scene::Scene;
-use cullet_model::{Hardening, Interlayer, Treatment};
+use cullet_model::{Hardening, Interlayer, JohnsonCook, Treatment};
 use serde_json::{Map, Value, json};
 
 impl Scene {
@@ -67,15 +67,37 @@ fn numbers(material: &SceneMaterial) -> Value {
         }
         object.insert("treatment".to_owned(), Value::Object(numbers));
     }
-    if let Some(Hardening { yield_stress, hardening, exponent }) = material.plasticity {
-        let numbers = json!({
-            "yield_stress": quantity(yield_stress, "Pa"),
-            "hardening": quantity(hardening, "Pa"),
-            "exponent": quantity(exponent, "1"),
-        });
-        object.insert("plasticity".to_owned(), numbers);
+    if let Some(flow) = &material.plasticity {
+        let numbers = flow_numbers(flow);
+        object.insert("plasticity".to_owned(), Value::Object(numbers));
     }
     Value::Object(object)
+}
+
+fn flow_numbers(flow: &JohnsonCook) -> Map<String, Value> {
+    let Hardening { yield_stress, hardening, exponent } = flow.hardening;
+    let mut numbers = Map::new();
+    let mut put = |key: &str, value: Value| numbers.insert(key.to_owned(), value);
+    put("yield_stress", quantity(yield_stress, "Pa"));
+    put("hardening", quantity(hardening, "Pa"));
+    put("exponent", quantity(exponent, "1"));
+    if flow.rate > 0.0 {
+        put("rate", quantity(flow.rate, "1"));
+        put("reference_rate", quantity(flow.reference_rate, "1/s"));
+    }
+    if let Some(heat) = flow.softening {
+        let softening = json!({
+            "melting": quantity(heat.melting, "K"),
+            "exponent": quantity(heat.exponent, "1"),
+            "heat_capacity": quantity(heat.heat_capacity, "J/(kg K)"),
+            "heat_share": quantity(heat.heat_share, "1"),
+        });
+        put("softening", softening);
+    }
+    if let Some(failure) = flow.failure {
+        put("failure", quantity(failure.d, "1"));
+    }
+    numbers
 }
 
 fn quantity(value: impl serde::Serialize, unit: &str) -> Value {

@@ -69,7 +69,9 @@ fn material(material: &SceneMaterial) -> ContactMaterial {
             young: material.young,
             poisson: material.poisson,
             // What decides whether a hit is worth a solve.
-            failure_stress: material.plasticity.map_or(material.strength, |it| it.yield_stress),
+            failure_stress: material
+                .plasticity
+                .map_or(material.strength, |it| it.hardening.yield_stress),
             fracture_energy: material.fracture_energy,
         },
         restitution: material.restitution,

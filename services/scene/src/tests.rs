@@ -29,6 +29,7 @@ const SHIPPED: [&str; 19] = [
     "dent",
     "lead-soldier",
     "clay",
+    "plate",
     "window",
     "egg",
     "bulb",

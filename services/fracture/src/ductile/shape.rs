@@ -1,5 +1,6 @@
 //! What becomes of a body that has flowed: the shape that is left, and what is reported of it.
 
+use super::torn::CarriedShape;
 use super::{Ductile, THINNEST};
 use cullet_fragment::carriers::Carriers;
 use cullet_fragment::motion;
@@ -17,7 +18,7 @@ use rayon::prelude::*;
 const LEAST_DENT: (f64, f64) = (0.02, 1e-2);
 
 /// Longest edge of the new surface in cells \[1\].
-const FINE: f64 = 0.75;
+pub(super) const FINE: f64 = 0.75;
 
 /// Change of volume above which it is worth a word \[1\]: J2 keeps it to 0.1 %.
 const SWOLLEN: f64 = 0.01;
@@ -41,19 +42,33 @@ impl Ductile {
     pub(super) fn finish(&mut self) -> Result<SolveOutcome, Failure> {
         self.check()?;
         let (first, now) = self.node_places();
-        let straight = Straightened::of(&self.domain.grid.nodes.mass, &first, &now);
         let motions = self.domain.motions();
+        let straight = match self.record.broken {
+            0 => Straightened::of(&self.domain.grid.nodes.mass, &first, &now),
+            _ => self.largest_stays(&motions),
+        };
         let places = &self.domain.particles.reference;
         let moved = |p: usize| straight.place(&(places[p] + motions[p].displacement)) - places[p];
         let deepest = (0..places.len()).map(|p| moved(p).norm()).fold(0.0, f64::max);
         let strain = self.domain.particles.flow.iter().map(|it| it.history.strain);
         let strain = strain.fold(0.0, f64::max);
-        let mut report =
-            self.report().with("dent", "m", deepest).with("greatest_plastic_strain", "1", strain);
+        let mut report = self.report().with("greatest_plastic_strain", "1", strain);
+        if self.record.broken == 0 {
+            report = report.with("dent", "m", deepest);
+        }
         let spacing = self.domain.grid.spacing.max();
-        let dented = self.is_dented() && deepest > LEAST_DENT.0 * spacing;
+        let mut dented = self.is_dented() && deepest > LEAST_DENT.0 * spacing;
         let mut solid = (*self.problem.solid).clone();
-        if dented {
+        if self.record.broken > 0 {
+            let carried = CarriedShape::new(self, &straight, &motions);
+            let mut torn = carried.parts()?;
+            if torn.are_several() {
+                return Ok(SolveOutcome::Broken(Box::new(carried.broken(torn, report))));
+            }
+            report.warnings.append(&mut torn.warnings);
+            dented = true;
+            solid = torn.only().unwrap_or(solid);
+        } else if dented {
             let (bent, swollen) = self.bent(&straight)?;
             solid = bent;
             report = report.with("volume_change", "1", swollen);
@@ -72,16 +87,10 @@ impl Ductile {
             sheet: Sheet::default(),
         };
         let mut fragments = vec![fragment];
-        // Of the whole about its middle as it moves: what presses moves along the surface.
-        let momentum: Vec3 = self.presses().map(|it| it.given).sum();
-        let moment: Vec3 = self.presses().map(|it| it.moment).sum();
-        let masses = &self.domain.grid.nodes.mass;
-        let middle = now.iter().zip(masses).map(|(x, m)| x * *m).sum::<Vec3>();
-        let middle = middle / masses.iter().sum::<f64>();
-        let own = moment - middle.cross(&momentum);
-        motion::carry(&mut fragments, momentum, |_| own, self.problem.material.density);
-        let reactions = self.supports.iter().map(|it| it.given.norm()).collect();
-        let work = self.record.plastic;
+        let (momentum, moment) = self.given();
+        motion::carry(&mut fragments, momentum, |_| moment, self.problem.material.density);
+        let reactions = self.reactions();
+        let work = self.record.plastic + self.record.torn;
         if dented && let Some(Fragment { solid, hulls, velocity, spin, .. }) = fragments.pop() {
             let body = solid.into();
             let made = Deformation { body, hulls, velocity, spin, work, reactions, report };
@@ -91,6 +100,23 @@ impl Ductile {
         let whole =
             Fragmentation { fragments, sampled, reactions, report, ..Fragmentation::default() };
         Ok(SolveOutcome::Unchanged(Box::new(whole)))
+    }
+
+    /// What was given to the body \[N·s\], and its moment about the middle of the body as it moves
+    /// \[N·m·s\]: what presses moves along the surface.
+    pub(super) fn given(&self) -> (Vec3, Vec3) {
+        let momentum: Vec3 = self.presses().map(|it| it.given).sum();
+        let moment: Vec3 = self.presses().map(|it| it.moment).sum();
+        let (_, now) = self.node_places();
+        let masses = &self.domain.grid.nodes.mass;
+        let middle = now.iter().zip(masses).map(|(x, m)| x * *m).sum::<Vec3>();
+        let middle = middle / masses.iter().sum::<f64>();
+        (momentum, moment - middle.cross(&momentum))
+    }
+
+    /// Impulse that each support gave \[N·s\].
+    pub(super) fn reactions(&self) -> Vec<f64> {
+        self.supports.iter().map(|it| it.given.norm()).collect()
     }
 
     /// The solid where its points are now, as large as it was, and by which share it was larger.
@@ -130,7 +156,7 @@ impl Ductile {
             let PressShape::Ball(radius) = striker.shape else { return None };
             // E = ∫ 3σ_y πa² dδ with a² = 2Rδ
             let pi = std::f64::consts::PI;
-            let hardness = HARDNESS * self.hardening.yield_stress;
+            let hardness = HARDNESS * self.flow.hardening.yield_stress;
             let dent = (4.0 * radius * hit.energy / (pi * hardness)).sqrt().sqrt();
             (dent < RESOLVED * spacing).then(|| {
                 format!(
@@ -158,7 +184,9 @@ impl Ductile {
         }
         .with(DELIVERED_IMPULSE, "N·s", delivered)
         .with("plastic_work", "J", self.record.plastic)
-        .with("vibration", "J", self.settling.taken)
+        .with("torn_points", "1", f64::from(self.record.broken))
+        .with("energy_of_tears", "J", self.record.torn)
+        .with("vibration", "J", self.settling.taken())
         .with("energy_balance", "1", 1.0 + self.record.energy_off)
         .with("energy_of_crushed_contact", "J", crushed);
         let off = self.record.energy_off;

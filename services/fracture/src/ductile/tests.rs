@@ -1,5 +1,7 @@
 //! Dents by hand, what is refused, and what must not depend on threads and processors.
 
+mod torn;
+
 use super::Ductile;
 use cullet_geometry::{Solid, TriMesh, Vec3, shapes};
 use cullet_model::{
@@ -136,8 +138,8 @@ fn dents_do_not_depend_on_how_they_are_worked_out() {
         let mut problem = block(20.0);
         problem.settings.spacing = Some(0.008);
         problem.settings.precision = PointPrecision::Single;
-        let (problem, hardening) = BrittleProblem::yielding(problem, "ductile").expect("yields");
-        Ductile::with(problem, hardening, level).expect("accepted")
+        let (problem, flow) = BrittleProblem::yielding(problem, "ductile").expect("yields");
+        Ductile::with(problem, flow, level).expect("accepted")
     };
     let found = |solve| match end(solve) {
         SolveOutcome::Deformed(found) => *found,

@@ -88,8 +88,10 @@ impl NodeContacts {
 
     /// Stops the copies that would overlap at the end of the step: to the velocity that closes what
     /// gap there is. Momentum is kept, pair by pair.
-    pub(super) fn resolve(&mut self, nodes: &mut Nodes, step: f64) {
+    /// Returns the energy that this takes \[J\].
+    pub(super) fn resolve(&mut self, nodes: &mut Nodes, step: f64) -> f64 {
         self.shoves.clear();
+        let mut taken = 0.0;
         for pair in &self.pairs {
             let (a, b) = (pair.first as usize, pair.second as usize);
             let opened = vector(nodes.displacement[b] - nodes.displacement[a]).dot(&pair.normal);
@@ -101,11 +103,14 @@ impl NodeContacts {
             }
             let (first, second) = (nodes.mass[a], nodes.mass[b]);
             let impulse = overlap / step * first * second / (first + second);
+            // The mean of the rates before and after, which is −gap/step.
+            taken -= 0.5 * impulse * (rate - gap.max(0.0) / step);
             nodes.velocity[a] -= packed(pair.normal * (impulse / first));
             nodes.velocity[b] += packed(pair.normal * (impulse / second));
             let NodePair { first, second, normal, .. } = *pair;
             self.shoves.push(Shove { nodes: [first, second], impulse: normal * impulse });
         }
+        taken
     }
 
     /// What passed between copies in the last step.

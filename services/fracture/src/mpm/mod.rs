@@ -21,6 +21,7 @@ pub mod load;
 pub mod load_patch;
 pub mod motion;
 mod node_split;
+pub(crate) mod point_damage;
 pub(crate) mod preconditions;
 pub mod quadrature;
 pub mod spin;

@@ -82,7 +82,9 @@ impl SpecimenBuilder<'_> {
             strokes: Vec::new(),
             vertices: None,
         };
-        Some((plain(&made), made.plasticity, strength))
+        // Slow and cold.
+        let hardening = made.plasticity.map(|flow| flow.hardening);
+        Some((plain(&made), hardening, strength))
     }
 }
 

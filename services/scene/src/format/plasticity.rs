@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// What yields, most of it metal: at `yield_stress` + `hardening` αⁿ, α being its plastic strain
-/// and n `exponent`. It dents and bends where it is hit, and does not break.
+/// and n `exponent`. It dents and bends where it is hit, and does not break unless it has `failure`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plasticity {
@@ -26,4 +26,50 @@ pub struct Plasticity {
         extend("minimum" = 0.05, "maximum" = 1, "x-default" = "1, in proportion")
     )]
     pub exponent: Option<f64>,
+    /// C: how much more it bears at each e-fold of the strain rate over `reference_rate` \[1\]. Only
+    /// the family `ductile` goes by it.
+    #[serde(default)]
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 1, "x-default" = "0, at any rate alike")
+    )]
+    pub rate: Option<f64>,
+    /// Strain rate up to which it bears what it bears slowly \[1/s\].
+    #[serde(default)]
+    #[schemars(
+        schema_with = "unit::rate",
+        extend("minimum" = 1e-9, "maximum" = 1e9, "x-default" = "1 1/s")
+    )]
+    pub reference_rate: Option<f64>,
+    /// How it softens as its own flow warms it up; only the family `ductile` goes by it.
+    #[serde(default)]
+    pub softening: Option<HeatSoftening>,
+    /// D₁ to D₅ of the strain at which it tears, (D₁ + D₂ exp(D₃η))(1 + D₄ ln ε̇/ε̇₀)(1 + D₅T*), η
+    /// being the mean stress over the equivalent one \[1\]; it then loses its strength over an
+    /// opening that costs `fracture_energy`. Only the family `ductile` goes by it. Without it
+    /// nothing tears.
+    #[serde(default)]
+    pub failure: Option<[f64; 5]>,
+}
+
+/// What is warmed up by T − T₀ bears 1 − ((T − T₀)/melting)^exponent of what it bears cold.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeatSoftening {
+    /// T_m − T₀: how much warmer it is when it melts \[K\].
+    #[schemars(extend("minimum" = 1, "maximum" = 1e4))]
+    pub melting: f64,
+    /// m \[1\].
+    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.05, "maximum" = 20))]
+    pub exponent: f64,
+    /// Heat that a kilogram takes for each kelvin \[J/(kg K)\].
+    #[schemars(extend("minimum" = 1, "maximum" = 1e6))]
+    pub heat_capacity: f64,
+    /// Share of the plastic work that becomes heat \[1\].
+    #[serde(default)]
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 1, "x-default" = "0.9")
+    )]
+    pub heat_share: Option<f64>,
 }

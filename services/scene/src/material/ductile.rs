@@ -1,9 +1,10 @@
 //! Presets of what yields: metals, a plastic, wet clay.
 
-use super::preset::{Preset, PresetPlasticity, SCENES, TEXTBOOK, TOUGH, typical};
+use super::preset::{Preset, PresetFlow, PresetPlasticity, SCENES, TEXTBOOK, TOUGH, typical};
 use crate::sourced::Sourced;
 
-const COOK: &str = "as usually quoted from Johnson and Cook 1983, slow and cold; not read here";
+const COOK: &str = "as usually quoted of Johnson and Cook's law of 1983; not read here";
+const TEAR: &str = "as usually quoted of Johnson and Cook's failure law of 1985; not read here";
 const SOFT: &str = "soft metals yield at 5 to 12 MPa; no measurement was read";
 const PLASTIC: &str = "yields at 35 to 50 MPa at room temperature; no measurement was read";
 const WET: &str = "modelling clay yields at 20 to 100 kPa, by its water; no measurement was read";
@@ -13,6 +14,35 @@ const fn hardening(stress: [f64; 3], source: &'static str) -> Option<PresetPlast
         yield_stress: typical(stress[0], source),
         hardening: typical(stress[1], source),
         exponent: typical(stress[2], source),
+        flow: None,
+    })
+}
+
+/// A, B, n; C, T_m − T₀, m, heat capacity; D₁ to D₅.
+const fn johnson_cook(
+    [yield_stress, modulus, exponent]: [f64; 3],
+    [rate, melting, softening, heat_capacity]: [f64; 4],
+    [first, second, slope, haste, heat]: [f64; 5],
+) -> Option<PresetPlasticity> {
+    let failure = [
+        typical(first, TEAR),
+        typical(second, TEAR),
+        typical(slope, TEAR),
+        typical(haste, TEAR),
+        typical(heat, TEAR),
+    ];
+    let flow = PresetFlow {
+        rate: typical(rate, COOK),
+        melting: typical(melting, COOK),
+        softening: typical(softening, COOK),
+        heat_capacity: typical(heat_capacity, TEXTBOOK),
+        failure,
+    };
+    Some(PresetPlasticity {
+        yield_stress: typical(yield_stress, COOK),
+        hardening: typical(modulus, COOK),
+        exponent: typical(exponent, COOK),
+        flow: Some(flow),
     })
 }
 
@@ -63,7 +93,11 @@ pub(super) const ALUMINIUM_6061: Preset = ductile(
         typical(10000.0, TEXTBOOK),
     ],
     [0.3, 0.4],
-    hardening([3.24e8, 1.14e8, 0.42], COOK),
+    johnson_cook(
+        [3.24e8, 1.14e8, 0.42],
+        [0.002, 632.0, 1.34, 896.0],
+        [-0.77, 1.45, -0.47, 0.0, 1.6],
+    ),
 );
 
 pub(super) const ARMOUR_STEEL: Preset = ductile(
@@ -76,7 +110,11 @@ pub(super) const ARMOUR_STEEL: Preset = ductile(
         typical(50000.0, TEXTBOOK),
     ],
     [0.4, 0.4],
-    hardening([7.92e8, 5.1e8, 0.26], COOK),
+    johnson_cook(
+        [7.92e8, 5.1e8, 0.26],
+        [0.014, 1500.0, 1.03, 477.0],
+        [0.05, 3.44, -2.12, 0.002, 0.61],
+    ),
 );
 
 pub(super) const CLAY: Preset = ductile(
@@ -102,7 +140,11 @@ pub(super) const COPPER: Preset = ductile(
         typical(1.5e5, TEXTBOOK),
     ],
     [0.3, 0.4],
-    hardening([9e7, 2.92e8, 0.31], COOK),
+    johnson_cook(
+        [9e7, 2.92e8, 0.31],
+        [0.025, 1063.0, 1.09, 383.0],
+        [0.54, 4.89, -3.03, 0.014, 1.12],
+    ),
 );
 
 pub(super) const LEAD: Preset = ductile(

@@ -36,6 +36,21 @@ pub struct Preset {
     pub plasticity: Option<PresetPlasticity>,
 }
 
+/// What a preset has of Johnson and Cook's law beside σ_y = A + Bαⁿ.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct PresetFlow {
+    /// C \[1\]; ε̇₀ is 1/s.
+    pub rate: Sourced,
+    /// T_m − T₀ \[K\].
+    pub melting: Sourced,
+    /// m \[1\].
+    pub softening: Sourced,
+    /// Heat capacity \[J/(kg K)\].
+    pub heat_capacity: Sourced,
+    /// D₁ to D₅ \[1\].
+    pub failure: [Sourced; 5],
+}
+
 /// σ_y = A + Bαⁿ of a preset.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct PresetPlasticity {
@@ -45,6 +60,9 @@ pub struct PresetPlasticity {
     pub hardening: Sourced,
     /// n \[1\].
     pub exponent: Sourced,
+    /// How it goes by rate and warmth, and tears, where that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flow: Option<PresetFlow>,
 }
 
 pub(super) const DOWLING: &str = "Dowling, Mechanical Behavior of Materials, Table 3.10";

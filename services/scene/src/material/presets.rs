@@ -174,6 +174,7 @@ pub(super) const PRESETS: &[Preset] = &[
             yield_stress: typical(200e6, SHEET),
             hardening: typical(400e6, SHEET),
             exponent: typical(0.45, SHEET),
+            flow: None,
         }),
     },
     Preset {

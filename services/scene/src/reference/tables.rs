@@ -3,9 +3,9 @@
 
 use super::keys::keys_of;
 use crate::format::{
-    Body, Bounds, Document, Expect, Fidelity, Fracture, Grid, InterlayerFilm, Layers, Material,
-    Paint, Plasticity, RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds, Stack,
-    Tiers, View, WeakPlane, World,
+    Body, Bounds, Document, Expect, Fidelity, Fracture, Grid, HeatSoftening, InterlayerFilm,
+    Layers, Material, Paint, Plasticity, RecordingSettings, Resolution, Rotation, Scatter, Shape,
+    ShareBounds, Stack, Tiers, View, WeakPlane, World,
 };
 use crate::surface_detail::Detail;
 
@@ -51,6 +51,7 @@ pub(super) const TABLES: &[Table] = tables! {
     Layers, "`layers` of a material", &[("", LAYERS)];
     InterlayerFilm, "`interlayer` of a material", &[("", INTERLAYER)];
     Plasticity, "`plasticity` of a material", &[("", PLASTICITY)];
+    HeatSoftening, "`softening` of `plasticity`", &[("", SOFTENING)];
     Body, "`[[body]]`", &[("", BODY)];
     Shape, "`shape` of a body", SHAPES;
     Rotation, "`rotation` of a body", &[("", ROTATION)];
@@ -142,6 +143,20 @@ name = "car body"
 preset = "steel"
 plasticity = { yield_stress = "180 MPa", hardening = "400 MPa", exponent = 0.45 }
 breakable = true
+"#;
+
+const SOFTENING: &str = r#"[[material]]
+name = "armour"
+preset = "steel"
+breakable = true
+
+[material.plasticity]
+yield_stress = "792 MPa"
+hardening = "510 MPa"
+exponent = 0.26
+rate = 0.014
+softening = { melting = 1500, exponent = 1.03, heat_capacity = 477 }
+failure = [0.05, 3.44, -2.12, 0.002, 0.61]
 "#;
 
 const LAYERS: &str = r#"[[material]]

@@ -1,7 +1,7 @@
 //! Metals that yield: presets, written numbers, and bodies that cannot be of one.
 
 use super::from_text;
-use cullet_model::Hardening;
+use cullet_model::{Hardening, JohnsonCook};
 
 /// A plate of a material, on a floor that it lies above.
 fn scene(material: &str, more: &str) -> String {
@@ -15,7 +15,7 @@ fn scene(material: &str, more: &str) -> String {
 }
 
 /// How the plate yields, and the stress from which its hits are worth a solve \[Pa\].
-fn plasticity(material: &str) -> (Option<Hardening>, f64) {
+fn plasticity(material: &str) -> (Option<JohnsonCook>, f64) {
     let scene = from_text(&scene(material, ""), &[]).unwrap_or_else(|why| panic!("{why}"));
     let plate = scene.bodies.iter().find(|body| body.name == "plate").expect("a plate");
     (plate.material.plasticity, crate::rigid::spec(plate).material.solid.failure_stress)
@@ -25,7 +25,8 @@ fn plasticity(material: &str) -> (Option<Hardening>, f64) {
 fn numbers_come_from_the_scene_or_the_preset() {
     let steel = "preset = \"steel\"\nbreakable = true\n";
     let hardening = |yield_stress, hardening, exponent| {
-        (Some(Hardening { yield_stress, hardening, exponent }), yield_stress)
+        let hardening = Hardening { yield_stress, hardening, exponent };
+        (Some(JohnsonCook::from(hardening)), yield_stress)
     };
     for (written, wanted) in [
         (steel.to_owned(), (None, 450e6)),
@@ -39,6 +40,17 @@ fn numbers_come_from_the_scene_or_the_preset() {
     ] {
         assert_eq!(plasticity(&written), wanted, "{written}");
     }
+}
+
+/// What is written of the law comes whole, and presets have theirs.
+#[test]
+fn a_metal_goes_by_rate_and_warmth_and_tears() {
+    let written = "preset = \"steel\"\nbreakable = true\n[material.plasticity]\n\
+                   yield_stress = \"792 MPa\"\nhardening = \"510 MPa\"\nexponent = 0.26\n\
+                   rate = 0.014\nsoftening = { melting = 1500, exponent = 1.03, \
+                   heat_capacity = 477 }\nfailure = [0.05, 3.44, -2.12, 0.002, 0.61]\n";
+    let (own, preset) = (plasticity(written).0, plasticity("preset = \"armour-steel\"").0);
+    assert!(own.is_some_and(|flow| !flow.is_plain()) && own == preset, "{own:?}, {preset:?}");
 }
 
 #[test]
@@ -62,6 +74,21 @@ fn what_cannot_yield_is_told_with_its_place_and_bound() {
             "plasticity.exponent: must be at most 1",
         ),
         (steel("plasticity = { hardening = 2e8 }"), "", "yield_stress"),
+        (
+            steel("plasticity = { yield_stress = 2e8, rate = -0.1 }"),
+            "",
+            "plasticity.rate: must be at least 0",
+        ),
+        (
+            steel("plasticity = { yield_stress = 2e8, failure = [0.1, 0.2] }"),
+            "",
+            "plasticity.failure",
+        ),
+        (
+            steel("plasticity = { yield_stress = 2e8, failure = [-1, 0, 0, 0, 0] }"),
+            "",
+            "failure strain of a slow pull [1] must lie in [0.01, 100]; it is -1",
+        ),
         (
             steel("weak_plane = { normal = [0, 0, 1], ratio = 0.5 }"),
             "",

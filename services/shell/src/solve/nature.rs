@@ -22,7 +22,7 @@ impl WallNature {
             let (problem, treatment) = BrittleProblem::treated(problem, solver)?;
             return Ok((problem, Self { treatment, hardening: None }));
         }
-        let (problem, hardening) = BrittleProblem::yielding(problem, solver)?;
-        Ok((problem, Self { treatment: None, hardening: Some(hardening) }))
+        let (problem, flow) = BrittleProblem::yielding(problem, solver)?;
+        Ok((problem, Self { treatment: None, hardening: Some(flow.hardening) }))
     }
 }

@@ -1,7 +1,7 @@
 //! What the division of a crushed zone needs to know, and its measures.
 
 use cullet_geometry::Vec3;
-use cullet_model::{Material, Tolerance};
+use cullet_model::{BrittleProblem, Material, Tolerance};
 
 /// Points by weight that make a node part of the body ...
 pub(super) const LEAST_WEIGHT: f64 = 2.0;
@@ -36,4 +36,20 @@ pub struct CrushRules {
     pub most: u32,
     /// Unit vector along the push; zero where there is none.
     pub push: Vec3,
+}
+
+impl CrushRules {
+    /// Of a problem on cells of `spacing` \[m\].
+    #[must_use]
+    pub fn of(problem: &BrittleProblem, spacing: Vec3) -> Self {
+        let push: Vec3 = problem.impacts.iter().map(|hit| hit.normal * hit.impulse).sum();
+        Self {
+            spacing,
+            material: problem.material,
+            seed: problem.seed,
+            tolerance: problem.settings.tolerance(),
+            most: problem.settings.max_fragments,
+            push: push.try_normalize(0.0).unwrap_or_default(),
+        }
+    }
 }

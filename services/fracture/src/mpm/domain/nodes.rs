@@ -63,6 +63,14 @@ impl PressedBody for Domain {
         (place + motion.displacement, motion.displacement_gradient)
     }
 
+    fn speed_now(&self, id: u32) -> Vec3 {
+        self.point(id).1.velocity
+    }
+
+    fn bears(&self, id: u32) -> bool {
+        !self.particles.eroded[self.slot(id)]
+    }
+
     fn kick(&mut self, id: u32, offset: &Vec3, impulse: &Vec3) {
         let p = self.slot(id);
         let around = self.element(p).nodes;

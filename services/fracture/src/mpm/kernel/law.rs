@@ -16,6 +16,10 @@ use std::ops::{Add, Mul};
 /// that f32 still has.
 pub(super) const WATCH: f64 = 1e12;
 
+/// Greatest eigenvalue of C⁻¹ beyond which what may tear has torn: a sixth as thick as it was, and
+/// few of its neighbours are still beside it \[1\].
+const SHREDDED: f64 = 36.0;
+
 /// What a kind of material does.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MaterialLaw {
@@ -191,8 +195,11 @@ impl PointLaw<'_> {
     /// Principal stress \[Pa\] below which damage does not grow, until a crack comes near.
     pub(super) fn limit(&self, view: &ParticlesMut<'_>, p: usize) -> f64 {
         if let Some(flow) = &self.kinds[view.kind[p] as usize].flow {
-            // What tears is looked at in every step.
+            // What tears is looked at in every step until it has torn.
             let whole = view.damage[p] <= 0.0;
+            if view.eroded[p] {
+                return WATCH;
+            }
             return if whole { flow.rule.slow_stress(&view.flow[p].history) } else { 0.0 };
         }
         if view.damage[p] >= 1.0 {
@@ -216,7 +223,16 @@ impl PointLaw<'_> {
         tally: &mut DomainTally,
     ) -> Option<Sym3> {
         let law = self.kinds[view.kind[p] as usize].flow.as_ref()?;
-        let found = law.respond(strain, view.flow[p], self.step);
+        if view.eroded[p] {
+            return Some([0.0; 6]);
+        }
+        let mut found = law.respond(strain, view.flow[p], self.step);
+        if law.rule.failure.is_some() && found.thinnest > SHREDDED {
+            // The grid follows it no further.
+            found.damage = 1.0;
+            found.thinnest = 1.0;
+            tally.shredded += 1;
+        }
         view.flow[p] = found.state;
         tally.thinnest = tally.thinnest.max(found.thinnest);
         tally.plastic += found.work * view.volume[p];
@@ -226,8 +242,12 @@ impl PointLaw<'_> {
             view.damage[p] = found.damage;
             view.normal[p] = Vec3::from(found.normal);
             if found.damage >= 1.0 {
+                // What has torn lies in the tear: it holds nothing apart any more.
+                tally.dissipated += law.energy(strain, &found.state) * view.volume[p];
+                view.eroded[p] = true;
                 view.damage_time[p] = self.time;
                 tally.broken += 1;
+                return Some([0.0; 6]);
             }
         }
         Some(found.stress)
