@@ -44,6 +44,8 @@ pub enum MessageKind {
     YieldingJob = 12,
     /// A problem of metal that goes by rate and warmth or tears, with its slabs.
     JohnsonCookJob = 13,
+    /// A specimen with its mesh and the horizon of its bonds.
+    HorizonSpecimen = 14,
 }
 
 /// A message: header and bulk in an envelope.

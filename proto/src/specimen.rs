@@ -27,6 +27,9 @@ pub const MAX_FRAMES: u64 = 10_000;
 /// Longest name of a family \[bytes\].
 pub const MAX_FAMILY: u64 = 64;
 
+/// A problem, and vertices and triangles of its mesh.
+type SpecimenHeader = (SpecimenProblem, u32, u32);
+
 /// A specimen to be solved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpecimenJob(pub SpecimenProblem);
@@ -42,13 +45,21 @@ impl SpecimenJob {
         check::check(&self.0, triangles)?;
         let mut slabs = Vec::new();
         mesh::put_solid(&mut slabs, &solid);
-        envelope::seal(MessageKind::Specimen, &(&self.0, vertices, triangles), &slabs)
+        let header = (&self.0, vertices, triangles);
+        match self.0.settings.horizon {
+            // As it was before there was one.
+            None => envelope::seal(MessageKind::Specimen, &header, &slabs),
+            Some(horizon) => {
+                envelope::seal(MessageKind::HorizonSpecimen, &(header, horizon), &slabs)
+            }
+        }
     }
 
     /// Whether these bytes hold a specimen, and no body to be broken.
     #[must_use]
     pub fn is(bytes: &[u8]) -> bool {
         envelope::is(MessageKind::Specimen, bytes)
+            || envelope::is(MessageKind::HorizonSpecimen, bytes)
     }
 
     /// The specimen in these bytes.
@@ -56,9 +67,16 @@ impl SpecimenJob {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let (header, slabs) =
-            envelope::open::<(SpecimenProblem, u32, u32)>(MessageKind::Specimen, bytes)?;
+        let (header, horizon, slabs) = if envelope::is(MessageKind::HorizonSpecimen, bytes) {
+            let kind = MessageKind::HorizonSpecimen;
+            let ((header, horizon), slabs) = envelope::open::<(SpecimenHeader, f64)>(kind, bytes)?;
+            (header, Some(horizon), slabs)
+        } else {
+            let (header, slabs) = envelope::open::<SpecimenHeader>(MessageKind::Specimen, bytes)?;
+            (header, None, slabs)
+        };
         let (mut problem, vertices, triangles) = header;
+        problem.settings.horizon = horizon;
         check::check(&problem, triangles)?;
         let mut slabs = Slabs::new(slabs);
         problem.body.mesh = slabs.solid(vertices, triangles)?.mesh;

@@ -185,7 +185,8 @@ fn settings(problem: &SpecimenProblem) -> Result<(), WireError> {
     let (s, points) = (&problem.settings, &problem.settings.points);
     let numbers = [s.spacing, s.step_factor, points.per_cell, s.damping, s.max_points, s.max_steps];
     codec::finite("a specimen's settings", &numbers)?;
-    let more = [points.softening_length, s.damped_until].map(|number| number.unwrap_or(0.0));
+    let more = [points.softening_length, s.damped_until, s.horizon];
+    let more = more.map(|number| number.unwrap_or(0.0));
     codec::finite("a specimen's settings", &more)
 }
 

@@ -24,6 +24,7 @@ fn settings() -> SpecimenSettings {
             softening_length: None,
             look: 4,
         },
+        horizon: None,
     }
 }
 
@@ -87,6 +88,24 @@ fn a_specimen_comes_back_as_it_went_and_threads_do_not_name_it() -> Result<(), W
     assert_eq!(first.id()?, other.id()?);
     other.0.settings.seed = 4;
     assert_ne!(first.id()?, other.id()?);
+    Ok(())
+}
+
+/// A horizon travels, and names the job; one without is as it was.
+#[test]
+fn a_horizon_is_a_message_of_its_own() -> Result<(), WireError> {
+    let (plain, mut other) = (job(), job());
+    assert_eq!(bytes(&plain), plain.encode()?);
+    for horizon in [2.04, 4.0] {
+        other.0.settings.horizon = Some(horizon);
+        let sent = other.encode()?;
+        assert!(SpecimenJob::is(&sent) && SpecimenJob::is(&plain.encode()?));
+        assert_eq!(envelope::split(&sent)?.0, MessageKind::HorizonSpecimen as u16);
+        assert_eq!(SpecimenJob::decode(&sent)?, other);
+        assert_ne!(plain.id()?, other.id()?);
+    }
+    other.0.settings.horizon = Some(f64::NAN);
+    assert!(other.encode().is_err());
     Ok(())
 }
 

@@ -72,6 +72,8 @@ pub struct StepTally {
     pub held: f64,
     /// Force of each support on the body, mean over the step \[N\]; zero where it has let go.
     pub reactions: Vec<Vec3>,
+    /// Why the family does not hold for the body any more, if so: the run ends with it.
+    pub limit: Option<String>,
 }
 
 /// Sums over the whole body.

@@ -14,6 +14,7 @@ mod clip;
 pub mod course;
 pub mod discretisation;
 pub mod family;
+pub mod filling;
 pub mod frame;
 pub mod outcome;
 pub mod place;
@@ -31,7 +32,7 @@ pub use discretisation::{
 pub use family::{Feature, SpecimenFamily, Unfit, by_name};
 pub use frame::GridFrame;
 pub use outcome::{Ending, Frame, SpecimenOutcome};
-pub use place::{Where, within};
+pub use place::{Where, idle, within};
 pub use probe::{PointField, Probe, Reduce, Spot, TensorPart};
 pub use problem::{
     Hold, InitialState, Load, LoadKind, Matter, Notch, Output, SpecimenBody, SpecimenProblem,

@@ -4,6 +4,7 @@ use crate::course::Amplitude;
 use crate::place::Where;
 use crate::probe::{PointField, Probe, TensorPart};
 use crate::settings::SpecimenSettings;
+use cullet_geometry::math::unit;
 use cullet_geometry::{Mat3, Quat, TriMesh, Vec3};
 use cullet_model::{JohnsonCook, Material, StrengthField};
 
@@ -103,6 +104,14 @@ impl Start {
         self.velocity.norm_squared() == 0.0
             && self.gradient.norm_squared() == 0.0
             && self.noise == 0.0
+    }
+
+    /// What it gives a place of its part \[m/s\].
+    #[must_use]
+    pub fn at(&self, x: &Vec3, seed: u64) -> Vec3 {
+        let bits = x.iter().fold(0_u64, |bits, c| bits.rotate_left(21) ^ c.to_bits());
+        let noise = Vec3::from([0, 1, 2].map(|axis| 2.0 * unit(seed, axis, bits) - 1.0));
+        self.velocity + self.gradient * (x - self.centre) + noise * self.noise
     }
 }
 

@@ -131,6 +131,11 @@ impl SpecimenRun {
             *impulse += frame.unturned(force) * step;
         }
         self.look();
+        if let Some(why) = tally.limit {
+            let (time, step, total) = (self.time, self.steps, self.total);
+            let text = format!("at {time:.4e} s, step {step} of {total}: {why}");
+            self.ending = Some(Ending::Refused(text));
+        }
         self.record();
     }
 

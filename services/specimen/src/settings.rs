@@ -54,4 +54,8 @@ pub struct SpecimenSettings {
     pub seed: u64,
     /// Of points in cells.
     pub points: PointSettings,
+    /// Horizon of bonds over the spacing; without it a family of bonds has its own, and others have
+    /// no use for it \[1\]. On the wire it travels beside the rest.
+    #[cfg_attr(feature = "wire", serde(skip))]
+    pub horizon: Option<f64>,
 }

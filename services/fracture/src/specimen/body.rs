@@ -11,7 +11,7 @@ use cullet_geometry::Vec3;
 use cullet_model::Refusal;
 use cullet_specimen::{
     BodySums, Discrete, Discretisation, Drive, GridFrame, Hold, PointField, PointFields,
-    SpecimenProblem, StepTally,
+    SpecimenProblem, StepTally, idle,
 };
 
 /// A specimen on its grid.
@@ -41,9 +41,9 @@ pub(super) fn discrete(specimen: &SpecimenProblem) -> Result<Discrete, Refusal> 
     let held = hold::held(specimen, &frame, &domain.grid);
     let mirrors = hold::mirrors(specimen, &frame, &domain.grid)?;
     let pushed = push::pushed(specimen, &frame, &domain);
-    build::idle("support", held.iter().map(|held| held.nodes.is_empty()))?;
+    idle("support", held.iter().map(|held| held.nodes.is_empty()))?;
     let loads = specimen.loads.iter().zip(&pushed);
-    build::idle("load", loads.map(|(load, on)| on.nodes.is_empty() && !load.push.is_none()))?;
+    idle("load", loads.map(|(load, on)| on.nodes.is_empty() && !load.push.is_none()))?;
     let mut body = GridSpecimen {
         domain,
         frame,
@@ -95,7 +95,7 @@ impl Discretisation for GridSpecimen {
                 f.dot(&mean) * drive.step
             })
             .sum();
-        StepTally { dissipated, damped, met, pushed, held, reactions }
+        StepTally { dissipated, damped, met, pushed, held, reactions, limit: None }
     }
 
     fn sums(&self) -> BodySums {

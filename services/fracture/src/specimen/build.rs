@@ -6,14 +6,12 @@ use crate::mpm::domain::{BodySurface, VelocityFields, stable_step};
 use crate::mpm::{Domain, preconditions, quadrature};
 use crate::particles::Particles;
 use cullet_geometry::inside::Inside;
-use cullet_geometry::math::unit;
-use cullet_geometry::sample::{self, SampleError};
 use cullet_geometry::{Pose, TriMesh, Vec3};
 use cullet_model::{Material, Refusal, Strength};
 use cullet_simd::SimdLevel;
 use cullet_specimen::{
-    GridFrame, PointLayout, Probe, SpecimenProblem, SpecimenSettings, Spot, Start, Where, Zone,
-    within,
+    GridFrame, PointLayout, Probe, SpecimenProblem, SpecimenSettings, Spot, Where, Zone, filling,
+    idle, within,
 };
 use std::cell::Cell;
 
@@ -115,12 +113,6 @@ fn kind(zones: &[Zone], x: &Vec3) -> u8 {
     zones.iter().rposition(|zone| within(&zone.part, x, 0.0)).map_or(0, |k| k as u8 + 1)
 }
 
-/// What takes nothing of the body is a mistake in its place.
-pub(super) fn idle(what: &'static str, mut all: impl Iterator<Item = bool>) -> Result<(), Refusal> {
-    let number = all.position(|idle| idle).map(|index| index + 1);
-    number.map_or(Ok(()), |number| Err(Refusal::Idle { what, number }))
-}
-
 /// Refuses zones, patches, starts and places of probes that take none of the points.
 fn taken(specimen: &SpecimenProblem, places: &[Vec3]) -> Result<(), Refusal> {
     let none = |part: &Where| !places.iter().any(|x| within(part, x, 0.0));
@@ -194,34 +186,8 @@ pub(super) fn domain(specimen: &SpecimenProblem) -> Result<Domain, Refusal> {
 }
 
 fn points(inside: &Inside, s: &SpecimenSettings) -> Result<Vec<Vec3>, Refusal> {
-    let apart = s.spacing / libm::cbrt(s.points.per_cell);
-    if s.points.layout == PointLayout::Scattered {
-        return sample::poisson(inside, apart, s.seed).map_err(|error| {
-            let value = match error {
-                SampleError::TooMany { candidates, .. } => candidates,
-                SampleError::Spacing { spacing } => spacing,
-            };
-            let limit = sample::MAX_CANDIDATES;
-            Refusal::TooLarge { what: "the number of points in the body's box", value, limit }
-        });
-    }
-    let (low, high) = inside.bounds();
     // A row begins half a distance from a node: two a cell lie at its quarter points.
-    let first = low.map(|x| (x / apart).floor() as i64);
-    let count = (high - low).map(|x| (x / apart).ceil() as i64 + 1);
-    let all = count.map(|n| n as f64).product();
-    at_most("the number of points in the body's box", all, sample::MAX_CANDIDATES)?;
-    let mut points = Vec::new();
-    for (i, j) in (0..count.x).flat_map(|i| (0..count.y).map(move |j| (i, j))) {
-        for k in 0..count.z {
-            let place = Vec3::new((first.x + i) as f64, (first.y + j) as f64, (first.z + k) as f64);
-            let x = (place + Vec3::repeat(0.5)) * apart;
-            if inside.contains(x) {
-                points.push(x);
-            }
-        }
-    }
-    Ok(points)
+    filling::points(inside, s.spacing / libm::cbrt(s.points.per_cell), Vec3::repeat(0.5), s)
 }
 
 /// Refuses bodies that overlap.
@@ -300,12 +266,6 @@ fn launch(specimen: &SpecimenProblem, frame: &GridFrame, domain: &mut Domain) {
     domain.launch(|x| {
         let at = frame.back(x);
         let parts = starts.iter().filter(|start| within(&start.part, &at, 0.0));
-        frame.turned(&parts.map(|start| velocity(start, &at, seed)).sum())
+        frame.turned(&parts.map(|start| start.at(&at, seed)).sum())
     });
-}
-
-fn velocity(start: &Start, at: &Vec3, seed: u64) -> Vec3 {
-    let bits = at.iter().fold(0_u64, |bits, c| bits.rotate_left(21) ^ c.to_bits());
-    let noise = Vec3::from([0, 1, 2].map(|axis| 2.0 * unit(seed, axis, bits) - 1.0));
-    start.velocity + start.gradient * (at - start.centre) + noise * start.noise
 }

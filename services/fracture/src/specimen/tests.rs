@@ -74,6 +74,7 @@ fn settings(spacing: f64) -> SpecimenSettings {
             softening_length: None,
             look: 4,
         },
+        horizon: None,
     }
 }
 

@@ -142,6 +142,9 @@ pub struct SolverConfig {
     /// Length over which a crack is spread, in place of the calibrated one \[m\].
     #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
     pub softening_length: Option<f64>,
+    /// Horizon of bonds over the spacing, of a family that has bonds; else the family's own \[1\].
+    #[schemars(schema_with = "unit::ratio", extend("minimum" = 1.5, "maximum" = 6))]
+    pub horizon: Option<f64>,
     /// Whether strength scatters with the material's Weibull modulus.
     pub flaws: bool,
     /// Steps from one look at what has parted to the next.
@@ -179,6 +182,7 @@ impl Default for SolverConfig {
             fields: Fields::Split,
             breaks: true,
             softening_length: None,
+            horizon: None,
             flaws: false,
             look: 4,
             damping: 0.0,

@@ -347,5 +347,6 @@ fn settings(document: &SpecimenDocument) -> core::SpecimenSettings {
             softening_length: s.softening_length,
             look: s.look,
         },
+        horizon: s.horizon,
     }
 }

@@ -9,6 +9,7 @@ use cullet_model::{PointPrecision, Refusal};
 use cullet_simd::Real;
 use cullet_specimen::{
     BodySums, Discrete, Discretisation, Drive, PointField, PointFields, SpecimenProblem, StepTally,
+    idle,
 };
 use std::collections::BTreeMap;
 
@@ -41,10 +42,10 @@ fn plate<R: Real + 'static>(specimen: &SpecimenProblem) -> Result<Discrete, Refu
     build::check(specimen, &shape)?;
     let domain = build::domain::<R>(specimen, &shape)?;
     let held = hold::held(specimen, &shape, &domain);
-    build::idle("support", held.iter().map(HeldNodes::is_empty))?;
+    idle("support", held.iter().map(HeldNodes::is_empty))?;
     let loads = push::pushed(specimen, &shape, &domain);
     let rows = specimen.loads.iter().zip(&loads);
-    build::idle("load", rows.map(|(load, on)| on.is_empty() && !load.push.is_none()))?;
+    idle("load", rows.map(|(load, on)| on.is_empty() && !load.push.is_none()))?;
     let points = ReadPoints::new(&domain);
     Ok(Discrete {
         points: points.len() as u64,

@@ -5,12 +5,11 @@ use crate::midsurface::Midsurface;
 use crate::section::SectionLaw;
 use crate::solve::{SLENDER, SOFTENING_CELLS, refusal};
 use cullet_geometry::inside::Inside;
-use cullet_geometry::math::unit;
 use cullet_geometry::plate::Plate;
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_model::{Material, Refusal, Strength};
 use cullet_simd::{Real, SimdLevel};
-use cullet_specimen::{GridFrame, Notch, Probe, SpecimenProblem, Spot, Start, Where, within};
+use cullet_specimen::{GridFrame, Notch, Probe, SpecimenProblem, Spot, Where, idle, within};
 
 /// Control points of a cell.
 pub(super) const FUNCTIONS: usize = 9;
@@ -47,12 +46,6 @@ fn range(what: &'static str, value: f64, [low, high]: [f64; 2]) -> Result<(), Re
 
 fn at_most(what: &'static str, value: f64, limit: f64) -> Result<(), Refusal> {
     if value <= limit { Ok(()) } else { Err(Refusal::TooLarge { what, value, limit }) }
-}
-
-/// What takes nothing of the body is a mistake in its place.
-pub(super) fn idle(what: &'static str, mut all: impl Iterator<Item = bool>) -> Result<(), Refusal> {
-    let number = all.position(|idle| idle).map(|index| index + 1);
-    number.map_or(Ok(()), |number| Err(Refusal::Idle { what, number }))
 }
 
 impl AlignedPlate {
@@ -194,13 +187,7 @@ fn taken<R: Real>(
 /// Velocity at the start of a place of the specimen, in the plate's frame.
 fn launch(specimen: &SpecimenProblem, shape: &AlignedPlate, x: &Vec3) -> Vec3 {
     let starts = specimen.initial.starts.iter().filter(|start| within(&start.part, x, 0.0));
-    shape.frame.turned(&starts.map(|start| velocity(start, x, specimen.settings.seed)).sum())
-}
-
-fn velocity(start: &Start, at: &Vec3, seed: u64) -> Vec3 {
-    let bits = at.iter().fold(0_u64, |bits, c| bits.rotate_left(21) ^ c.to_bits());
-    let noise = Vec3::from([0, 1, 2].map(|axis| 2.0 * unit(seed, axis, bits) - 1.0));
-    start.velocity + start.gradient * (at - start.centre) + noise * start.noise
+    shape.frame.turned(&starts.map(|start| start.at(x, specimen.settings.seed)).sum())
 }
 
 /// Breaks the row of points just under a notch, as a crack along it would have; whether there are

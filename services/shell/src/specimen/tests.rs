@@ -71,6 +71,7 @@ fn settings() -> SpecimenSettings {
             softening_length: None,
             look: 4,
         },
+        horizon: None,
     }
 }
 
