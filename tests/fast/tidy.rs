@@ -17,7 +17,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/specimen", &["geometry", "model"]),
     ("services/fracture", &["fragment", "geometry", "model", "simd", "specimen"]),
     ("services/shell", &["fragment", "geometry", "model", "simd", "specimen"]),
-    ("services/peridynamics", &["geometry", "model", "simd"]),
+    ("services/peridynamics", &["geometry", "model", "simd", "specimen"]),
     ("services/geometric", &["fragment", "geometry", "model"]),
     ("services/world", &["geometry", "model"]),
     ("services/plan", &["geometry", "model", "world"]),
@@ -45,7 +45,17 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/coordinator", &["files", "picture", "pool", "proto", "run", "scene"]),
     (
         "services/worker",
-        &["dispatch", "fracture", "geometric", "geometry", "model", "proto", "shell", "specimen"],
+        &[
+            "dispatch",
+            "fracture",
+            "geometric",
+            "geometry",
+            "model",
+            "peridynamics",
+            "proto",
+            "shell",
+            "specimen",
+        ],
     ),
     (
         "services/cullet",

@@ -39,6 +39,8 @@ pub struct PeridynamicDomain {
     pub states: Vec<MaterialPoint>,
     /// s_c of a bond between points whose bonds are whole; infinite where nothing breaks \[1\].
     pub critical: f64,
+    /// Points that are the body's own: those behind them are images of it, which are in no sum.
+    pub own: usize,
     /// Instructions of the processor that it is worked out with.
     pub level: SimdLevel,
     /// δ \[m\].
@@ -61,6 +63,8 @@ pub struct PeridynamicDomain {
     left: Vec<Lanes<f32>>,
     /// e_p of each bond, then the other end's; empty where nothing may flow \[1\].
     flowed: [Vec<Lanes<f32>>; 2],
+    /// Strength of each point over that of the law; empty where all have that \[1\].
+    strengths: Vec<f32>,
 }
 
 /// What a point carries.
@@ -120,6 +124,7 @@ impl PeridynamicDomain {
             forces: vec![Vec3::zeros(); points],
             states: vec![MaterialPoint::default(); points],
             critical: f64::INFINITY,
+            own: points,
             level: SimdLevel::best(),
             horizon,
             mean_volume: 0.0,
@@ -131,6 +136,7 @@ impl PeridynamicDomain {
             records,
             left: Vec::new(),
             flowed: [Vec::new(), Vec::new()],
+            strengths: Vec::new(),
             places,
             bonds,
         };
@@ -186,6 +192,16 @@ impl PeridynamicDomain {
         }
     }
 
+    /// Makes points stronger or weaker by `factors`: a bond's s_c is multiplied by the lesser of
+    /// those of its ends \[1\].
+    pub fn strengthen(&mut self, factors: &[f64]) {
+        let varies = factors.len() == self.places.len() && factors.iter().any(|&x| x != 1.0);
+        self.strengths = match varies {
+            true => factors.iter().map(|&x| x as f32).collect(),
+            false => Vec::new(),
+        };
+    }
+
     /// Makes the lists that bonds which break or flow need.
     fn make_room(&mut self, breaks: bool, flows: bool) {
         let groups = self.bonds.ends.len();
@@ -203,13 +219,19 @@ impl PeridynamicDomain {
         self.law.density * self.volumes[point]
     }
 
-    /// A step that central differences bear \[s\]: the greatest ω² is no more than the greatest sum
-    /// of a row of the stiffness over its mass (Gershgorin). By Cauchy and Schwarz W is at most
+    /// The step that central differences bear \[s\]: the greatest ω² is no more than the greatest
+    /// sum of a row of the stiffness over its mass (Gershgorin). By Cauchy and Schwarz W is at most
     /// ½ max(9K, 15μ) Σwkq², whatever has broken. Dashpots make it shorter.
     #[must_use]
-    pub fn stable_step(&self) -> f64 {
+    pub fn greatest_step(&self) -> f64 {
         let share = self.law.damping.bonds;
-        SAFETY * 2.0 / self.fastest() * ((1.0 + share * share).sqrt() - share)
+        2.0 / self.fastest() * ((1.0 + share * share).sqrt() - share)
+    }
+
+    /// A step with a margin to [`PeridynamicDomain::greatest_step`] \[s\].
+    #[must_use]
+    pub fn stable_step(&self) -> f64 {
+        SAFETY * self.greatest_step()
     }
 
     /// A step of `dt` \[s\] by central differences; `hold` has the last word on velocities. Forces

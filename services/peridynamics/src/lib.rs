@@ -23,6 +23,8 @@
 //!
 //! It holds for small strains, elastic and plastic: extensions are linear, so that what flows loses
 //! volume, 1 % at a plastic strain of 0.1. [`PeridynamicDomain::check`] refuses what is beyond.
+//!
+//! [`specimen`] puts benchmark specimens as points and bonds.
 
 pub mod anisotropy;
 pub mod bonds;
@@ -30,6 +32,7 @@ pub mod domain;
 mod frame;
 mod kernel;
 pub mod law;
+pub mod specimen;
 
 pub use bonds::BondGraph;
 pub use domain::PeridynamicDomain;

@@ -11,8 +11,12 @@ pub const FAMILIES: &[SolverEntry] =
     &[entry::<Brittle>(), entry::<Ductile>(), entry::<ShellSolver>(), entry::<Geometric>()];
 
 /// Every family that makes specimens discrete.
-pub const SPECIMEN_FAMILIES: &[SpecimenFamily] =
-    &[specimen::FAMILY, specimen::DUCTILE, cullet_shell::specimen::FAMILY];
+pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[
+    specimen::FAMILY,
+    specimen::DUCTILE,
+    cullet_shell::specimen::FAMILY,
+    cullet_peridynamics::specimen::FAMILY,
+];
 
 /// The family of that name.
 #[must_use]

@@ -1,7 +1,7 @@
 //! How far the family holds.
 
 use super::PeridynamicDomain;
-use cullet_geometry::Mat3;
+use cullet_geometry::{Mat3, Vec3};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -61,6 +61,17 @@ impl PeridynamicDomain {
     /// half of its bonds are gone.
     #[must_use]
     pub fn gradient(&self, point: usize) -> Option<Mat3> {
+        self.slope(point, &self.places)
+    }
+
+    /// Likewise the gradient of the velocity by places at rest \[1/s\].
+    #[must_use]
+    pub fn velocity_gradient(&self, point: usize) -> Option<Mat3> {
+        self.slope(point, &self.velocities)
+    }
+
+    /// The gradient at a point of what goes by point.
+    fn slope(&self, point: usize, of: &[Vec3]) -> Option<Mat3> {
         let (mut moved, mut shape) = (Mat3::zeros(), Mat3::zeros());
         if self.states[point].damage > MOST_DAMAGE {
             return None;
@@ -68,10 +79,24 @@ impl PeridynamicDomain {
         for bond in self.bonds.of(point) {
             let rest = self.reference[bond.end] - self.reference[point];
             let weight = self.weight(point, bond) * self.left(bond) / rest.norm_squared();
-            moved += (self.places[bond.end] - self.places[point]) * rest.transpose() * weight;
+            moved += (of[bond.end] - of[point]) * rest.transpose() * weight;
             shape += rest * rest.transpose() * weight;
         }
         Some(moved * shape.try_inverse()?)
+    }
+
+    /// That no point has flowed too far: quick enough for each step.
+    ///
+    /// # Errors
+    ///
+    /// With the point that has flowed farthest.
+    pub fn check_flow(&self) -> Result<(), StrainLimit> {
+        let most =
+            |best: (usize, f64), (p, x): (usize, f64)| if x > best.1 { (p, x) } else { best };
+        let plastic = self.states.iter().map(|state| state.plastic).enumerate();
+        let (point, strain) = plastic.fold((0, 0.0), most);
+        let over = strain > MOST_PLASTIC;
+        if over { Err(StrainLimit::Plastic { point, strain }) } else { Ok(()) }
     }
 
     /// That the body is still one that bonds hold for. It takes about as long as a step: every few
@@ -87,13 +112,7 @@ impl PeridynamicDomain {
         if let Some(point) = (0..self.places.len()).find(|p| !whole(p)) {
             return Err(StrainLimit::NoNumber { point });
         }
-        let most =
-            |best: (usize, f64), (p, x): (usize, f64)| if x > best.1 { (p, x) } else { best };
-        let plastic = self.states.iter().map(|state| state.plastic).enumerate();
-        let (point, strain) = plastic.fold((0, 0.0), most);
-        if strain > MOST_PLASTIC {
-            return Err(StrainLimit::Plastic { point, strain });
-        }
+        self.check_flow()?;
         let of = |p: usize| self.gradient(p).map(|f| f.determinant());
         let found: Vec<Option<f64>> = (0..self.places.len()).into_par_iter().map(of).collect();
         let (mut drift, mut volume) = (0.0, 0.0);

@@ -136,6 +136,8 @@ impl PeridynamicDomain {
             flowed: [&body.flowed[0], &body.flowed[1]],
             breaking: body.law.breaking.map(|how| (how, body.critical)),
             strength: body.law.anisotropy,
+            strengths: &body.strengths,
+            weakest: body.strengths.iter().copied().fold(1.0, f32::min),
             ductile: body.law.ductile.is_some(),
             limited: body.law.max_plastic_stretch.is_some(),
         };
@@ -173,7 +175,7 @@ impl PeridynamicDomain {
             };
             before.clear();
             let sums = pass.point(simd, point, state.mean as f32, own, before);
-            if !before.is_empty() {
+            if !before.is_empty() && point < self.own {
                 tally = tally.plus(self.softened(point, own, before, dt));
             }
             let whole = f64::from(sums.whole) / f64::from(self.totals[point]);
@@ -188,8 +190,10 @@ impl PeridynamicDomain {
                     let triaxiality = 3.0 * self.law.bulk * f64::from(sums.mean) / borne;
                     state.ductile += yielded.strain / ductile.strain(triaxiality);
                 }
-                tally.plastic += self.volumes[point] * whole * yielded.work;
-                tally.yielding += 1;
+                if point < self.own {
+                    tally.plastic += self.volumes[point] * whole * yielded.work;
+                    tally.yielding += 1;
+                }
             }
             let left = f64::from(shrink) * f64::from(shrink);
             state.deviation = whole * left * deviation;

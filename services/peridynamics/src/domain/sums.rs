@@ -30,7 +30,7 @@ impl PeridynamicDomain {
     #[must_use]
     pub fn sums(&self) -> BodySum {
         let mut sum = BodySum { contact: self.contact, ..BodySum::default() };
-        for (p, state) in self.states.iter().enumerate() {
+        for (p, state) in self.states[..self.own].iter().enumerate() {
             let (mass, v) = (self.mass(p), self.velocities[p]);
             sum.kinetic += 0.5 * mass * v.norm_squared();
             sum.elastic +=

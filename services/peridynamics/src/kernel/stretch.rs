@@ -19,6 +19,10 @@ pub(crate) struct StretchPass<'a> {
     pub(crate) breaking: Option<(BondBreaking, f64)>,
     /// In which direction they are stronger or weaker, where they are.
     pub(crate) strength: Option<BondAnisotropy>,
+    /// Strength of each point over that of the law; empty where all have that \[1\].
+    pub(crate) strengths: &'a [f32],
+    /// The least of them, no more than 1 \[1\].
+    pub(crate) weakest: f32,
     /// Whether they break by flow.
     pub(crate) ductile: bool,
     /// Whether sums over what has flowed are wanted.
@@ -166,7 +170,7 @@ impl StretchPass<'_> {
             }
         }
         let least = self.strength.map_or(1.0, |how| how.strength.min(1.0));
-        let soft = critical * LaneRows::splat(simd, 0.5 * least as f32);
+        let soft = critical * LaneRows::splat(simd, 0.5 * self.weakest * least as f32);
         for (k, left) in left.iter_mut().enumerate().take(N) {
             if elastic.0[k].simd_gt(soft.0[k]).any_true() {
                 let (mut stretches, mut limits) = ([0.0; LANES], [0.0; LANES]);
@@ -174,6 +178,9 @@ impl StretchPass<'_> {
                 critical.0[k].store_slice(&mut limits);
                 if let Some(how) = &self.strength {
                     self.turn_limits(&mut limits, at, at.first + k, how);
+                }
+                if !self.strengths.is_empty() {
+                    self.scale_limits(&mut limits, at.point, at.first + k);
                 }
                 self.soften_some([&stretches, &limits], at.first + k, left, before);
             }
@@ -198,6 +205,15 @@ impl StretchPass<'_> {
             let rest = place(self.bonds.bases[group] as usize + end as usize) - own;
             let along = rest.dot(&axis).powi(2) / rest.norm_squared();
             *limit *= (1.0 - (1.0 - how.strength) * along) as f32;
+        }
+    }
+
+    /// Changes s_c of sixteen bonds by the strengths of their ends.
+    #[inline(never)]
+    fn scale_limits(&self, limits: &mut [f32; LANES], point: usize, group: usize) {
+        let own = self.strengths[point];
+        for (limit, end) in limits.iter_mut().zip(self.bonds.ends[group]) {
+            *limit *= own.min(self.strengths[self.bonds.bases[group] as usize + end as usize]);
         }
     }
 
