@@ -4,5 +4,5 @@ use super::specimens::hold;
 
 #[test]
 fn metal_flows_as_it_must() {
-    hold(&["c6-bar", "t1-taylor"]);
+    hold(&["c6-bar", "t1-taylor", "t2-punch"]);
 }
