@@ -132,7 +132,7 @@ fn the_solvers_time_is_counted() {
 #[test]
 fn the_standing_sets_are_read() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    for name in ["standing", "sampled"] {
+    for name in ["standing", "sampled", "peridynamics"] {
         let set = root.join(format!("tests/frontier/{name}.toml"));
         let out = unique("frontier-standing");
         let said = Cullet::new(&["frontier", "--redraw", "--out"]).path(&out).path(&set).output();
