@@ -6,6 +6,7 @@
 mod common;
 
 mod appearance;
+mod bonds;
 mod coupling;
 mod fidelity;
 mod frontier;

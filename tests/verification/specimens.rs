@@ -16,7 +16,7 @@ fn file(name: &str) -> PathBuf {
     specimens().join(format!("{name}.toml"))
 }
 
-fn bench(name: &str, more: &[&str]) -> Said {
+pub(super) fn bench(name: &str, more: &[&str]) -> Said {
     Cullet::new(&["bench", "-q"]).path(&file(name)).args(more).output()
 }
 
@@ -74,7 +74,7 @@ fn cracks_go_where_and_as_far_as_they_must() {
 }
 
 /// The metrics of each run, by name.
-fn metrics(name: &str, more: &[&str]) -> Vec<BTreeMap<String, serde_json::Value>> {
+pub(super) fn metrics(name: &str, more: &[&str]) -> Vec<BTreeMap<String, serde_json::Value>> {
     let said = bench(name, &[&["--json", "--workers", "2"], more].concat());
     let rows = said.stdout.lines().map(|line| {
         let told: serde_json::Value = serde_json::from_str(line).expect("JSON");
@@ -85,7 +85,7 @@ fn metrics(name: &str, more: &[&str]) -> Vec<BTreeMap<String, serde_json::Value>
     rows.collect()
 }
 
-fn value(row: &BTreeMap<String, serde_json::Value>, metric: &str) -> f64 {
+pub(super) fn value(row: &BTreeMap<String, serde_json::Value>, metric: &str) -> f64 {
     row[metric]["value"].as_f64().unwrap_or(f64::NAN)
 }
 
