@@ -1,6 +1,6 @@
 //! How a body's material behaves.
 
-use crate::{Hardening, JohnsonCook, Material, StrengthField, Treatment};
+use crate::{BondedSolid, Hardening, JohnsonCook, Material, StrengthField, Treatment};
 
 /// A constitutive law with its numbers. Further laws will follow: a family refuses those that it
 /// does not know.
@@ -37,6 +37,13 @@ pub enum Law {
         /// How it flows and tears.
         flow: JohnsonCook,
     },
+    /// Points that are bonded to those around them: elastic, and yielding or breaking as they say.
+    Bonded {
+        /// Elasticity and G_f; σ_f is not used.
+        material: Material,
+        /// How bonds yield and break.
+        bonds: BondedSolid,
+    },
 }
 
 impl Law {
@@ -48,6 +55,7 @@ impl Law {
             Self::Treated { treatment, .. } => treatment.kind(),
             Self::Yielding { .. } => "yielding",
             Self::JohnsonCook { .. } => "Johnson-Cook",
+            Self::Bonded { .. } => "bonded",
         }
     }
 
@@ -58,7 +66,8 @@ impl Law {
             Self::Brittle { material, .. }
             | Self::Treated { material, .. }
             | Self::Yielding { material, .. }
-            | Self::JohnsonCook { material, .. } => material.density,
+            | Self::JohnsonCook { material, .. }
+            | Self::Bonded { material, .. } => material.density,
         }
     }
 }

@@ -5,6 +5,7 @@
 //! Absent on purpose: how anything is solved.
 
 pub mod body;
+pub mod bonded;
 pub mod brittle;
 pub mod detail;
 pub mod hardening;
@@ -22,6 +23,7 @@ pub mod tolerance;
 pub mod treatment;
 
 pub use body::BodyShape;
+pub use bonded::{BondGrain, BondedSolid};
 pub use detail::CrackFaceDetail;
 pub use hardening::Hardening;
 pub use johnson_cook::{DuctileFailure, FlowHistory, JohnsonCook, ThermalSoftening};

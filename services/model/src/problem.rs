@@ -1,8 +1,8 @@
 //! What a solver is given: the body, its law, its hits and supports, and how it may be solved.
 
 use crate::{
-    BodyShape, CrackFaceDetail, JohnsonCook, Law, Material, PointPrecision, Refusal, StrengthField,
-    Tolerance, Treatment,
+    BodyShape, BondedSolid, CrackFaceDetail, JohnsonCook, Law, Material, PointPrecision, Refusal,
+    StrengthField, Tolerance, Treatment,
 };
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
@@ -149,7 +149,8 @@ pub struct BrittleProblem {
 }
 
 impl BrittleProblem {
-    /// The problem, for the family of that name.
+    /// The problem, for the family of that name. Bonds that break and do not yield are a brittle
+    /// solid to families that know no bonds.
     ///
     /// # Errors
     /// [`Refusal::Unknown`] where the body is no solid or its law is not the brittle one.
@@ -162,7 +163,7 @@ impl BrittleProblem {
     }
 
     /// The problem of a metal that yields, for the family of that name, as one that does not crack,
-    /// and how it flows.
+    /// and how it flows. Of bonds that yield, it is what does not break.
     ///
     /// # Errors
     /// [`Refusal::Unknown`] where the body is no solid or its law is another;
@@ -171,18 +172,32 @@ impl BrittleProblem {
         problem: Problem,
         solver: &'static str,
     ) -> Result<(Self, JohnsonCook), Refusal> {
-        let (material, flow) = match problem.law {
-            Law::Yielding { material, hardening } => (material, JohnsonCook::from(hardening)),
-            Law::JohnsonCook { material, flow } => (material, flow),
+        let (material, flow) = match &problem.law {
+            Law::Yielding { material, hardening }
+            | Law::Bonded { material, bonds: BondedSolid { hardening: Some(hardening), .. } } => {
+                (*material, JohnsonCook::from(*hardening))
+            }
+            Law::JohnsonCook { material, flow } => (*material, *flow),
             law => return Err(Refusal::Unknown { solver, what: "a law", kind: law.kind() }),
         };
-        for (what, value, low, high) in flow.bounds() {
-            if !(low..=high).contains(&value) {
-                return Err(Refusal::OutOfRange { what, value, low, high });
-            }
-        }
+        hold(&flow.bounds())?;
         let law = Law::Brittle { material, strength: StrengthField::even() };
         Ok((Self::of(Problem { law, ..problem }, solver)?, flow))
+    }
+
+    /// The problem of a solid of points and bonds, for the family of that name, as one that breaks
+    /// alike everywhere, and its bonds.
+    ///
+    /// # Errors
+    /// [`Refusal::Unknown`] where the body is no solid or its law is another;
+    /// [`Refusal::OutOfRange`] where a number of its bonds does not hold.
+    pub fn bonded(problem: Problem, solver: &'static str) -> Result<(Self, BondedSolid), Refusal> {
+        let Law::Bonded { material, bonds } = problem.law else {
+            return Err(Refusal::Unknown { solver, what: "a law", kind: problem.law.kind() });
+        };
+        hold(&bonds.bounds())?;
+        let law = Law::Brittle { material, strength: StrengthField::even() };
+        Ok((Self::of(Problem { law, ..problem }, solver)?, bonds))
     }
 
     /// The problem, for the family of that name, with what was done to its glass.
@@ -200,13 +215,26 @@ impl BrittleProblem {
         let (material, strength, treatment) = match law {
             Law::Brittle { material, strength } => (material, strength, None),
             Law::Treated { material, strength, treatment } => (material, strength, Some(treatment)),
-            Law::Yielding { .. } | Law::JohnsonCook { .. } => {
+            Law::Bonded { material, bonds } if bonds.hardening.is_none() => {
+                (material, StrengthField::even(), None)
+            }
+            Law::Yielding { .. } | Law::JohnsonCook { .. } | Law::Bonded { .. } => {
                 return Err(unknown("a law", law.kind()));
             }
         };
         let problem = Self { solid, material, strength, impacts, supports, spin, settings, seed };
         Ok((problem, treatment))
     }
+}
+
+/// That numbers lie within their bounds.
+fn hold(bounds: &[(&'static str, f64, f64, f64)]) -> Result<(), Refusal> {
+    for &(what, value, low, high) in bounds {
+        if !(low..=high).contains(&value) {
+            return Err(Refusal::OutOfRange { what, value, low, high });
+        }
+    }
+    Ok(())
 }
 
 impl From<BrittleProblem> for Problem {

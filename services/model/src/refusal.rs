@@ -91,6 +91,14 @@ pub enum Failure {
         /// The budget.
         steps: u64,
     },
+    /// The body has become one that the method does not hold for: another family takes it.
+    #[error("beyond what the method holds for at step {step}: {what}")]
+    Beyond {
+        /// What it does not hold for, with figure and bound.
+        what: String,
+        /// The step at which that was seen.
+        step: u64,
+    },
     /// The cut did not close or did not add up.
     #[error("the cut failed: {0}")]
     Cut(String),

@@ -64,8 +64,8 @@ enum Solved {
     Cancelled,
 }
 
-/// Solves with the family that the job names; if that refuses, or cannot cut what it solved, with
-/// its fallback. The report says which ran and why another did not.
+/// Solves with the family that the job names; if that refuses, cannot cut what it solved, or does
+/// not hold for what the body becomes, with its fallback. The report says which ran and why another did not.
 #[must_use]
 pub fn by_table(job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
     with_lookup(job, watch, by_name)
@@ -81,7 +81,9 @@ fn with_lookup(
     let refusal = match slices(job, &named, watch, &lookup) {
         Solved::Refused(text) => text,
         // What was solved could not be cut into fragments that may be shown.
-        Solved::Failed(failure @ Failure::Cut(_)) if other.is_some() => failure.to_string(),
+        Solved::Failed(failure @ (Failure::Cut(_) | Failure::Beyond { .. })) if other.is_some() => {
+            failure.to_string()
+        }
         Solved::Done(outcome) => return Some(Verdict::Solved(outcome)),
         Solved::Failed(failure) => return Some(failed(named, &failure.to_string())),
         Solved::Cancelled => return None,
