@@ -46,6 +46,8 @@ pub enum MessageKind {
     JohnsonCookJob = 13,
     /// A specimen with its mesh and the horizon of its bonds.
     HorizonSpecimen = 14,
+    /// A problem of points and bonds with its slabs.
+    BondedJob = 15,
 }
 
 /// A message: header and bulk in an envelope.

@@ -10,8 +10,8 @@ use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use crate::strength;
 use cullet_model::{
-    BodyShape, BrittleSettings, CrackFaceDetail, Hardening, Impact, JohnsonCook, Law, Material,
-    PointPrecision, Problem, Settings, StrengthField, Support, Treatment,
+    BodyShape, BondedSolid, BrittleSettings, CrackFaceDetail, Hardening, Impact, JohnsonCook, Law,
+    Material, PointPrecision, Problem, Settings, StrengthField, Support, Treatment,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -87,12 +87,20 @@ struct JohnsonCookHeader {
     flow: JohnsonCook,
 }
 
+/// The header of a job of points and bonds.
+#[derive(Serialize, Deserialize)]
+struct BondedHeader {
+    job: JobHeader,
+    bonds: BondedSolid,
+}
+
 /// What a law has beside a material and the field of its strength.
 enum LawAddition {
     Brittle,
     Treated(Treatment),
     Yielding(Hardening),
     JohnsonCook(JohnsonCook),
+    Bonded(BondedSolid),
 }
 
 impl LawAddition {
@@ -108,6 +116,9 @@ impl LawAddition {
             Self::JohnsonCook(flow) => {
                 ("a job's flow", flow.bounds().iter().map(|bound| bound.1).collect())
             }
+            Self::Bonded(bonds) => {
+                ("a job's bonds", bonds.bounds().iter().map(|bound| bound.1).collect())
+            }
         };
         codec::finite(what, &numbers)
     }
@@ -118,6 +129,7 @@ impl LawAddition {
             Self::Treated(treatment) => Law::Treated { material, strength, treatment },
             Self::Yielding(hardening) => Law::Yielding { material, hardening },
             Self::JohnsonCook(flow) => Law::JohnsonCook { material, flow },
+            Self::Bonded(bonds) => Law::Bonded { material, bonds },
         }
     }
 }
@@ -192,6 +204,7 @@ impl FractureJob {
             Law::JohnsonCook { material, flow } => {
                 (material, &even, LawAddition::JohnsonCook(*flow))
             }
+            Law::Bonded { material, bonds } => (material, &even, LawAddition::Bonded(*bonds)),
             _ => return Err(WireError::Unknown { what: "a job's law", kind: law.kind() }),
         };
         let (vertices, triangles) = mesh::counts(solid)?;
@@ -228,6 +241,10 @@ impl FractureJob {
             LawAddition::JohnsonCook(flow) => {
                 let header = JohnsonCookHeader { job: header, flow };
                 envelope::seal(MessageKind::JohnsonCookJob, &header, &slabs)?
+            }
+            LawAddition::Bonded(bonds) => {
+                let header = BondedHeader { job: header, bonds };
+                envelope::seal(MessageKind::BondedJob, &header, &slabs)?
             }
         };
         let first = bytes.len() - slabs.len();
@@ -279,6 +296,9 @@ fn opened(bytes: &[u8]) -> Result<(JobHeader, LawAddition, &[u8]), WireError> {
         let kind = MessageKind::JohnsonCookJob;
         let (header, slabs) = envelope::open::<JohnsonCookHeader>(kind, bytes)?;
         (header.job, LawAddition::JohnsonCook(header.flow), slabs)
+    } else if envelope::is(MessageKind::BondedJob, bytes) {
+        let (header, slabs) = envelope::open::<BondedHeader>(MessageKind::BondedJob, bytes)?;
+        (header.job, LawAddition::Bonded(header.bonds), slabs)
     } else {
         let (header, slabs) = envelope::open::<JobHeader>(MessageKind::Job, bytes)?;
         (header, LawAddition::Brittle, slabs)

@@ -3,7 +3,7 @@
 use super::*;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
 use cullet_model::strength::{Region, StrengthLayers, Stroke, VertexPaint};
-use cullet_model::{DuctileFailure, Interlayer, PatternWeakPlane, ThermalSoftening};
+use cullet_model::{BondGrain, DuctileFailure, Interlayer, PatternWeakPlane, ThermalSoftening};
 use std::sync::Arc;
 
 pub(crate) fn tetrahedron() -> Solid {
@@ -203,6 +203,93 @@ fn a_job_of_metal_that_tears_comes_back_and_its_id_is_its_own() -> Result<(), Wi
     assert_eq!(wrong, Err(WireError::NotFinite { what: "a job's flow" }));
     for end in 0..bytes.len() {
         assert!(FractureJob::decode(&bytes[..end]).is_err(), "{end} of {}", bytes.len());
+    }
+    Ok(())
+}
+
+#[test]
+fn a_job_of_bonds_comes_back_and_its_id_is_its_own() -> Result<(), WireError> {
+    let axis = Vec3::new(0.6, 0.0, 0.8);
+    let full = BondedSolid {
+        hardening: Some(Hardening { yield_stress: 200e6, hardening: 400e6, exponent: 0.45 }),
+        dust: 0.5,
+        failure: Some(DuctileFailure { d: [0.1, 0.5, -1.5, 0.0, 0.0] }),
+        max_plastic_stretch: Some(0.15),
+        grain: Some(BondGrain { axis, strength: 2.0, stretch: 0.8 }),
+        ..BondedSolid::default()
+    };
+    let bonded = |bonds: BondedSolid| {
+        let mut job = sample();
+        let material = *law(&mut job).0;
+        job.problem.law = Law::Bonded { material, bonds };
+        job
+    };
+    let other = [
+        full,
+        BondedSolid::default(),
+        BondedSolid { hardening: None, ..full },
+        BondedSolid { breaks: false, ..full },
+        BondedSolid { dust: 0.6, ..full },
+        BondedSolid { failure: None, ..full },
+        BondedSolid { max_plastic_stretch: None, ..full },
+        BondedSolid { grain: None, ..full },
+        BondedSolid { friction: 0.4, ..full },
+        BondedSolid { bond_damping: 0.2, ..full },
+        BondedSolid { air_damping: 1.0, ..full },
+        BondedSolid { horizon: 2.04, ..full },
+    ];
+    let mut ids = vec![sample().id()?];
+    for bonds in other {
+        let job = bonded(bonds);
+        let bytes = job.encode()?;
+        assert_eq!(FractureJob::decode(&bytes)?, job);
+        assert!(!ids.contains(&job.id()?), "{bonds:?}");
+        ids.push(job.id()?);
+        for end in 0..bytes.len() {
+            assert!(FractureJob::decode(&bytes[..end]).is_err(), "{end} of {}", bytes.len());
+        }
+    }
+    assert_eq!(ids[1].short(), "b79b3cd3");
+    for wrong in [
+        BondedSolid { dust: f64::NAN, ..full },
+        BondedSolid { horizon: f64::INFINITY, ..full },
+        BondedSolid { max_plastic_stretch: Some(f64::NAN), ..full },
+        BondedSolid {
+            grain: Some(BondGrain { axis: axis * f64::NAN, strength: 1.0, stretch: 1.0 }),
+            ..full
+        },
+        BondedSolid { failure: Some(DuctileFailure { d: [0.1, 0.5, f64::NAN, 0.0, 0.0] }), ..full },
+    ] {
+        let found = bonded(wrong).encode();
+        assert_eq!(found, Err(WireError::NotFinite { what: "a job's bonds" }));
+    }
+    Ok(())
+}
+
+/// Whatever a header holds in place of its bytes, it is read or refused, and never more.
+#[test]
+fn hostile_bytes_of_a_job_of_bonds_are_refused_or_read() -> Result<(), WireError> {
+    let mut job = sample();
+    let material = *law(&mut job).0;
+    job.problem.law = Law::Bonded { material, bonds: BondedSolid::default() };
+    let bytes = job.encode()?;
+    let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
+    for at in envelope::PREFIX..envelope::PREFIX + length {
+        for value in [0, 1, 2, 0x7f, 0xfe, 0xff] {
+            let mut hostile = bytes.clone();
+            hostile[at] = value;
+            let sum = crc32c::crc32c(&hostile[envelope::PREFIX..envelope::PREFIX + length]);
+            hostile[16..20].copy_from_slice(&sum.to_le_bytes());
+            if let Ok(read) = FractureJob::decode(&hostile) {
+                assert!(read.encode().is_ok(), "byte {at} as {value}");
+            }
+        }
+    }
+    // As another kind of job it is none.
+    for kind in [MessageKind::Job, MessageKind::TreatedJob, MessageKind::YieldingJob] {
+        let mut other = bytes.clone();
+        other[8..10].copy_from_slice(&(kind as u16).to_le_bytes());
+        assert!(FractureJob::decode(&other).is_err(), "{kind:?}");
     }
     Ok(())
 }
