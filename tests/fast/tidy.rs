@@ -17,7 +17,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/specimen", &["geometry", "model"]),
     ("services/fracture", &["fragment", "geometry", "model", "simd", "specimen"]),
     ("services/shell", &["fragment", "geometry", "model", "simd", "specimen"]),
-    ("services/peridynamics", &["geometry", "model", "simd", "specimen"]),
+    ("services/peridynamics", &["fragment", "geometry", "model", "simd", "specimen"]),
     ("services/geometric", &["fragment", "geometry", "model"]),
     ("services/world", &["geometry", "model"]),
     ("services/plan", &["geometry", "model", "world"]),

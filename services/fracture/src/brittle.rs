@@ -378,7 +378,6 @@ impl Brittle {
             spacing: (self.domain.grid.spacing.min(), self.domain.grid.spacing.max()),
             motes: &motes(&self.domain, |p| self.domain.particles.reference[p]),
             pushes: &pushes.chain(supports).collect::<Vec<_>>(),
-            debris_from: usize::MAX,
         };
         let motions: Vec<FragmentMotion> = motions.iter().map(|m| (m.velocity, m.spin)).collect();
         let FinishedParts { fragments, debris, warnings } =

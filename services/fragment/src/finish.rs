@@ -20,8 +20,6 @@ pub struct Finish<'a> {
     pub motes: &'a Motes,
     /// Where something pushed \[m\], and what it gave \[N·s\].
     pub pushes: &'a [(Vec3, Vec3)],
-    /// Parts from this one on become debris, however large they are.
-    pub debris_from: usize,
 }
 
 /// What becomes of the parts.
@@ -39,6 +37,33 @@ impl Finish<'_> {
     /// The fragments: together they carry what was given to the body.
     #[must_use]
     pub fn fragments(&self, parts: Vec<CutPart>, motions: &[FragmentMotion]) -> FinishedParts {
+        let density = self.problem.material.density;
+        let balance = |fragments: &mut [Fragment]| motion::balance(fragments, self.pushes, density);
+        self.finished((parts, motions, &[]), balance)
+    }
+
+    /// The fragments of parts that together carry a momentum \[kg·m/s\] and an angular momentum
+    /// about their common centre \[kg·m²/s\]. Parts that have `crumbled` become debris, whatever
+    /// their size.
+    #[must_use]
+    pub fn carrying(
+        &self,
+        parts: Vec<CutPart>,
+        motions: &[FragmentMotion],
+        crumbled: &[bool],
+        [momentum, about]: [Vec3; 2],
+    ) -> FinishedParts {
+        let density = self.problem.material.density;
+        let carry =
+            |fragments: &mut [Fragment]| motion::carry(fragments, momentum, |_| about, density);
+        self.finished((parts, motions, crumbled), carry)
+    }
+
+    fn finished(
+        &self,
+        (parts, motions, crumbled): (Vec<CutPart>, &[FragmentMotion], &[bool]),
+        balance: impl FnOnce(&mut [Fragment]),
+    ) -> FinishedParts {
         let (mut fragments, mut cracks) = (Vec::new(), Vec::new());
         for (part, &(velocity, spin)) in parts.into_iter().zip(motions) {
             let sheet = slit::joined(&part.cracks);
@@ -51,9 +76,9 @@ impl Finish<'_> {
             });
             cracks.push(part.cracks);
         }
-        motion::balance(&mut fragments, self.pushes, self.problem.material.density);
-        let mut finished =
-            FinishedParts { debris: self.crumble(&mut fragments), ..FinishedParts::default() };
+        balance(&mut fragments);
+        let debris = self.crumble(&mut fragments, crumbled);
+        let mut finished = FinishedParts { debris, ..FinishedParts::default() };
         if let Some(width) = self.problem.settings.brittle.hairline {
             let (grain, seed, motes) = (self.grain(), self.problem.seed, self.motes);
             let terms = slit::SlitTerms { width, spacing: self.spacing.0, grain, seed, motes };
@@ -65,15 +90,20 @@ impl Finish<'_> {
         finished
     }
 
-    /// Takes the smallest fragments out, as debris. The two largest stay whatever their size.
-    fn crumble(&self, fragments: &mut Vec<Fragment>) -> Vec<Grain> {
+    /// Takes the smallest fragments out, and those that have crumbled, as debris. The two largest
+    /// others stay whatever their size.
+    fn crumble(&self, fragments: &mut Vec<Fragment>, crumbled: &[bool]) -> Vec<Grain> {
         let settings = &self.problem.settings;
         let least = settings.debris * self.problem.solid.mesh.signed_volume();
+        let mut gone = crumbled.iter().chain(std::iter::repeat(&false));
+        let parts = std::mem::take(fragments).into_iter();
+        let (mut small, whole): (Vec<Fragment>, Vec<Fragment>) =
+            parts.partition(|_| gone.next().is_some_and(|gone| *gone));
+        *fragments = whole;
         // They come by falling volume.
-        let last = self.debris_from.min(fragments.len());
-        let large = fragments[..last].partition_point(|f| f.solid.mesh.signed_volume() >= least);
-        let large = large.max(2);
-        let small = fragments.split_off(large.min(last));
+        let large = fragments.partition_point(|f| f.solid.mesh.signed_volume() >= least).max(2);
+        let mut tiny = fragments.split_off(large.min(fragments.len()));
+        small.append(&mut tiny);
         small
             .iter()
             .enumerate()

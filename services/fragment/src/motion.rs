@@ -16,16 +16,6 @@ pub fn balance(fragments: &mut [Fragment], pushes: &[(Vec3, Vec3)], density: f64
     carry(fragments, sum, about, density);
 }
 
-/// Pushes that give a moment and no momentum \[kg·m²/s\]: places \[m\] and impulses \[N·s\].
-#[must_use]
-pub fn couple(moment: &Vec3) -> [(Vec3, Vec3); 2] {
-    let mut axis = Vec3::zeros();
-    axis[moment.iamin()] = 1.0;
-    let arm = moment.cross(&axis).try_normalize(0.0).unwrap_or_default();
-    let impulse = moment.cross(&arm);
-    [(arm, impulse), (Vec3::zeros(), -impulse)]
-}
-
 /// Makes fragments carry exactly a momentum \[kg·m/s\] and the angular momentum that `about` gives
 /// of their common centre \[kg·m²/s\].
 pub fn carry(
@@ -51,22 +41,5 @@ pub fn carry(
     for (fragment, p) in fragments.iter_mut().zip(&own) {
         fragment.velocity += shift + turn.cross(&(p.centroid - centre));
         fragment.spin += turn;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::couple;
-    use cullet_geometry::Vec3;
-
-    #[test]
-    fn a_couple_has_its_moment_and_no_momentum() {
-        for moment in [Vec3::new(1.0, -2.0, 0.5), Vec3::z() * 3.0, Vec3::zeros()] {
-            let pushes = couple(&moment);
-            let sum: Vec3 = pushes.iter().map(|push| push.1).sum();
-            let turning: Vec3 = pushes.iter().map(|(place, push)| place.cross(push)).sum();
-            assert_eq!(sum, Vec3::zeros());
-            assert!((turning - moment).norm() < 1e-14, "{turning}, not {moment}");
-        }
     }
 }

@@ -233,6 +233,13 @@ impl RigidPress {
         }
     }
 
+    /// Middle \[m\] and radius \[m\] of a ball, where it is now.
+    #[must_use]
+    pub fn ball(&self) -> Option<(Vec3, f64)> {
+        let PressShape::Ball(radius) = self.shape else { return None };
+        Some((self.point + self.normal * (self.way - radius), radius))
+    }
+
     /// Finds what may be touched until the next search.
     fn search(&mut self, body: &impl PressedBody, points: &SurfaceParticles, fastest: f64) {
         let until = SEARCH as f64 * body.clock().step * (fastest + self.speed.abs());

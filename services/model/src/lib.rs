@@ -15,6 +15,7 @@ pub mod law;
 pub mod material;
 pub mod outcome;
 pub mod precision;
+pub mod preconditions;
 pub mod problem;
 pub mod refusal;
 pub mod solver;

@@ -25,6 +25,9 @@
 //! volume, 1 % at a plastic strain of 0.1. [`PeridynamicDomain::check`] refuses what is beyond.
 //!
 //! [`specimen`] puts benchmark specimens as points and bonds.
+//!
+//! [`solver`] is the family: rigid strikers and supports press on a body, which is dented, or falls
+//! into the parts that bonds still hold together.
 
 pub mod anisotropy;
 pub mod bonds;
@@ -32,8 +35,10 @@ pub mod domain;
 mod frame;
 mod kernel;
 pub mod law;
+pub mod solver;
 pub mod specimen;
 
 pub use bonds::BondGraph;
 pub use domain::PeridynamicDomain;
 pub use law::PeridynamicLaw;
+pub use solver::Peridynamics;

@@ -396,7 +396,6 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
             spacing: (self.wall.spacing, self.wall.spacing),
             motes: &found.motes(self.wall.spacing),
             pushes: &self.pushes(),
-            debris_from: usize::MAX,
         };
         let FinishedParts { fragments, debris, warnings } =
             finish.fragments(partition.parts, &motions);

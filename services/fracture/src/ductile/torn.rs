@@ -12,7 +12,6 @@ use crate::mpm::preconditions::stretch;
 use cullet_fragment::carriers::Carriers;
 use cullet_fragment::cut::{self, CutPart, CutSettings, slit};
 use cullet_fragment::finish::{Finish, FinishedParts, FragmentMotion};
-use cullet_fragment::motion::couple;
 use cullet_fragment::pieces::Pieces;
 use cullet_fragment::straightened::Straightened;
 use cullet_geometry::hull::{HullSettings, convex_parts};
@@ -43,8 +42,8 @@ pub(super) struct TornParts {
     parts: Vec<CutPart>,
     /// Of each point by its number.
     part_of: Vec<u32>,
-    /// Parts from this one on are what was shredded.
-    shredded: usize,
+    /// Of each: whether it was shredded.
+    crumbled: Vec<bool>,
     crack_area: f64,
     pub(super) warnings: Vec<String>,
 }
@@ -183,12 +182,12 @@ impl<'a> CarriedShape<'a> {
         let stretch = stretch(&domain.grid.spacing);
         let mut partition = cut::extract_stretched(&problem.solid, &field, &settings, &stretch)
             .map_err(|error| Failure::Cut(error.to_string()))?;
-        let (mut part_of, mut folded) = (partition.particle_part, 0);
-        let shredded = last(&mut partition.parts, &mut part_of, &pieces, shreds);
+        let (part_of, mut folded) = (partition.particle_part, 0);
+        let crumbled = crumbled(partition.parts.len(), &part_of, &pieces, shreds);
         for (k, part) in partition.parts.iter_mut().enumerate() {
             let volume = part.solid.mesh.signed_volume();
             let own = |id: usize| part_of[id] as usize == k;
-            if k >= shredded {
+            if crumbled[k] {
                 part.solid = self.as_it_was(&part.solid, &own).unwrap_or(part.solid.clone());
                 continue;
             }
@@ -209,7 +208,7 @@ impl<'a> CarriedShape<'a> {
             ));
         }
         let (parts, crack_area) = (partition.parts, partition.crack_area);
-        Ok(TornParts { parts, part_of, shredded, crack_area, warnings: partition.warnings })
+        Ok(TornParts { parts, part_of, crumbled, crack_area, warnings: partition.warnings })
     }
 
     /// Cuts the tears that end inside a part as slits, so that they can open.
@@ -250,16 +249,14 @@ impl<'a> CarriedShape<'a> {
             self.straight.place(&(domain.particles.reference[p] + self.motions[p].displacement))
         };
         let (momentum, moment) = self.solve.given();
-        let pushes: Vec<(Vec3, Vec3)> =
-            [(Vec3::zeros(), momentum)].into_iter().chain(couple(&moment)).collect();
         let finish = Finish {
             problem,
             spacing: (domain.grid.spacing.min(), domain.grid.spacing.max()),
             motes: &motes(domain, place),
-            pushes: &pushes,
-            debris_from: torn.shredded,
+            pushes: &[],
         };
-        let FinishedParts { fragments, debris, warnings } = finish.fragments(torn.parts, &motions);
+        let FinishedParts { fragments, debris, warnings } =
+            finish.carrying(torn.parts, &motions, &torn.crumbled, [momentum, moment]);
         report.warnings.extend(warnings);
         let (sampled, reactions) = (vec![false; fragments.len()], self.solve.reactions());
         Fragmentation { fragments, sampled, debris, reactions, report }
@@ -306,25 +303,13 @@ fn shredded(domain: &Domain) -> (Vec<Option<u32>>, u32, u32) {
     (pieces, next, first)
 }
 
-/// Puts the parts behind the others that were mostly shreds: pieces from `shreds` on. How many
-/// others there are.
-fn last(parts: &mut Vec<CutPart>, part_of: &mut [u32], pieces: &Pieces, shreds: u32) -> usize {
-    let mut votes = vec![0_i64; parts.len()];
+/// Which parts were mostly shreds: pieces from `shreds` on.
+fn crumbled(parts: usize, part_of: &[u32], pieces: &Pieces, shreds: u32) -> Vec<bool> {
+    let mut votes = vec![0_i64; parts];
     for (&part, piece) in part_of.iter().zip(&pieces.of) {
         if let (Some(vote), Some(piece)) = (votes.get_mut(part as usize), piece) {
             *vote += if *piece >= shreds { 1 } else { -1 };
         }
     }
-    let mut order: Vec<usize> = (0..parts.len()).collect();
-    order.sort_by_key(|&k| votes[k] > 0);
-    let mut old: Vec<Option<CutPart>> = parts.drain(..).map(Some).collect();
-    let mut places = vec![0; old.len()];
-    for (new, &k) in order.iter().enumerate() {
-        places[k] = new as u32;
-        parts.extend(old[k].take());
-    }
-    for part in part_of {
-        *part = places.get(*part as usize).copied().unwrap_or(*part);
-    }
-    votes.iter().filter(|&&vote| vote <= 0).count()
+    votes.into_iter().map(|vote| vote > 0).collect()
 }

@@ -5,7 +5,8 @@ use cullet_geometry::Vec3;
 use cullet_geometry::inside::{Inside, Nearest};
 use cullet_geometry::sample::{self, SampleError};
 use cullet_model::brittle::{CELLS_ACROSS, CELLS_ACROSS_CHOSEN, POINTS_PER_CELL};
-use cullet_model::{BrittleProblem, Impact, Refusal, Support};
+pub(crate) use cullet_model::preconditions::{check_impacts, check_supports, within};
+use cullet_model::{BrittleProblem, Refusal};
 
 /// Strength over stiffness that the method holds for \[1\].
 const STRENGTH_RANGE: (f64, f64) = (1e-5, 1e-1);
@@ -88,14 +89,6 @@ pub(crate) fn sample_points(
     Ok(points.into_iter().map(|x| x.component_div(&stretch)).collect())
 }
 
-/// Refuses what is not a number from `low` to `high`.
-pub(crate) fn within(what: &'static str, value: f64, low: f64, high: f64) -> Result<(), Refusal> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(Refusal::OutOfRange { what, value, low, high })
-}
-
 pub(crate) fn check_material(problem: &BrittleProblem) -> Result<(), Refusal> {
     let m = &problem.material;
     within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
@@ -106,38 +99,12 @@ pub(crate) fn check_material(problem: &BrittleProblem) -> Result<(), Refusal> {
     within("failure stress over Young's modulus", ratio, STRENGTH_RANGE.0, STRENGTH_RANGE.1)
 }
 
-pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
-    within("the number of impacts", impacts.len() as f64, 1.0, 1e4)?;
-    for impact in impacts {
-        within("impulse [N s]", impact.impulse, f64::MIN_POSITIVE, 1e12)?;
-        within("contact duration [s]", impact.duration, f64::MIN_POSITIVE, 1e6)?;
-        within("contact radius [m]", impact.radius, f64::MIN_POSITIVE, 1e6)?;
-        within("length of the impact's normal", impact.normal.norm(), 1.0 - 1e-6, 1.0 + 1e-6)?;
-        within("distance of the impact [m]", impact.point.norm(), 0.0, 1e6)?;
-        within("impact energy [J]", impact.energy, f64::MIN_POSITIVE, 1e18)?;
-        within("closing speed [m/s]", impact.closing_speed, f64::MIN_POSITIVE, 1e5)?;
-        within("crushing pressure [Pa]", impact.crushing_pressure, 1.0, 1e30)?;
-    }
-    Ok(())
-}
-
 /// Refuses hairlines wider than what is thin beside the grid.
 pub(crate) fn check_hairline(problem: &BrittleProblem, spacing: &Vec3) -> Result<(), Refusal> {
     let Some(width) = problem.settings.brittle.hairline else {
         return Ok(());
     };
     within("width of hairlines [m]", width, f64::MIN_POSITIVE, WIDEST * spacing.min())
-}
-
-pub(crate) fn check_supports(supports: &[Support]) -> Result<(), Refusal> {
-    within("the number of supports", supports.len() as f64, 0.0, 1e4)?;
-    for support in supports {
-        within("radius of a support [m]", support.radius, f64::MIN_POSITIVE, 1e6)?;
-        within("length of a support's normal", support.normal.norm(), 1.0 - 1e-6, 1.0 + 1e-6)?;
-        within("distance of a support [m]", support.point.norm(), 0.0, 1e6)?;
-        within("mobility of a support [1/kg]", support.mobility, 0.0, 1e12)?;
-    }
-    Ok(())
 }
 
 /// Refuses a spin whose rim outruns the sound: the stress would be beyond any strength.

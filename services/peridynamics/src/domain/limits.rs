@@ -23,7 +23,7 @@ pub enum StrainLimit {
          ductile law in the MPM"
     )]
     Volume {
-        /// Σ(J/J_e)V/ΣV − 1 \[1\].
+        /// Σ(J/J_e)V/ΣV − 1 of points whose bonds are whole \[1\].
         drift: f64,
     },
     /// A point has flowed too far.
@@ -120,6 +120,10 @@ impl PeridynamicDomain {
             let Some(jacobian) = jacobian else { continue };
             if jacobian < LEAST_JACOBIAN {
                 return Err(StrainLimit::Crushed { point, jacobian });
+            }
+            // What has lost bonds has opened, and not flowed.
+            if self.states[point].damage > 0.0 {
+                continue;
             }
             // Of uniform pressure J is (1 + q̄)³.
             let elastic = (1.0 + self.states[point].mean).powi(3);

@@ -101,7 +101,6 @@ pub(super) fn finish<R: Real, const N: usize>(
         spacing: (solve.wall.spacing, solve.wall.spacing),
         motes: &found.motes(solve.wall.spacing),
         pushes: &pushes.chain(supports).collect::<Vec<_>>(),
-        debris_from: usize::MAX,
     };
     let FinishedParts { fragments, debris, warnings } = finish.fragments(partition.parts, &motions);
     let mut report = report;
