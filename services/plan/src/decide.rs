@@ -177,7 +177,8 @@ fn metal(
     let mut supports = world.supports(view.id, hits);
     supports.truncate(policy.most_supports);
     let held = !supports.is_empty();
-    let may_be_shell = policy.family != Some(family::DUCTILE);
+    let bonded = policy.family == Some(family::PERIDYNAMICS);
+    let may_be_shell = policy.family != Some(family::DUCTILE) && !bonded;
     let shell = may_be_shell.then(|| shell::reason(view, hits)).flatten();
     let (family, reason) = match shell {
         Some(reason) => {
@@ -188,6 +189,7 @@ fn metal(
             (family::SHELL, reason)
         }
         None => match ductile::reason(view, measure, hits, yield_stress) {
+            Ok(reason) if bonded => (family::PERIDYNAMICS, reason),
             Ok(reason) => (family::DUCTILE, reason),
             Err(reasons) => return Decision::Keep(reasons),
         },
@@ -198,7 +200,8 @@ fn metal(
     Decision::Solve(Box::new(SolveOrder {
         family: family.to_owned(),
         named: policy.family == Some(family),
-        fallback: None,
+        // What flows beyond what bonds hold for is a dent of the other family.
+        fallback: bonded.then_some(family::DUCTILE),
         reasons: [Some(reason), other, held].into_iter().flatten().collect(),
         refinement: Refinement::default(),
         supports,

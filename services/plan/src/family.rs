@@ -24,6 +24,9 @@ pub const SHELL: &str = "shell";
 /// The family for metal that yields and is no thin wall.
 pub const DUCTILE: &str = "ductile";
 
+/// The family of points and bonds, for whom a scene names it.
+pub const PERIDYNAMICS: &str = "peridynamics";
+
 /// Every family.
 pub const FAMILIES: &[FamilyPlan] = &[
     FamilyPlan {
@@ -38,6 +41,14 @@ pub const FAMILIES: &[FamilyPlan] = &[
         about: "Plastic flow on material points, for solid metal that yields: what comes of a hit \
                 is a dent, and the body stays one.",
         fallback: None,
+        planned: false,
+    },
+    FamilyPlan {
+        name: PERIDYNAMICS,
+        about: "Points and bonds, for solids that yield a little, break, or both: dents and parts. \
+                Only where a scene names it; `ductile` takes over where it declines what yields, \
+                `geometric` what does not.",
+        fallback: Some(SAMPLED),
         planned: false,
     },
     FamilyPlan {

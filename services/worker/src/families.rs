@@ -3,12 +3,18 @@
 use cullet_fracture::{Brittle, Ductile, specimen};
 use cullet_geometric::Geometric;
 use cullet_model::{SolverEntry, entry};
+use cullet_peridynamics::Peridynamics;
 use cullet_shell::ShellSolver;
 use cullet_specimen::SpecimenFamily;
 
 /// Every family.
-pub const FAMILIES: &[SolverEntry] =
-    &[entry::<Brittle>(), entry::<Ductile>(), entry::<ShellSolver>(), entry::<Geometric>()];
+pub const FAMILIES: &[SolverEntry] = &[
+    entry::<Brittle>(),
+    entry::<Ductile>(),
+    entry::<Peridynamics>(),
+    entry::<ShellSolver>(),
+    entry::<Geometric>(),
+];
 
 /// Every family that makes specimens discrete.
 pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[

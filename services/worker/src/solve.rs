@@ -198,7 +198,22 @@ mod tests {
         }
     }
 
-    const TABLE: [SolverEntry; 4] = [
+    /// Finds that it does not hold for what the body becomes.
+    struct Shallow;
+
+    impl SolveInProgress for Shallow {
+        fn advance(&mut self) -> Progress {
+            let what = "a plastic strain of 0.4; bonds hold up to 0.3".to_owned();
+            Progress::Failed(Failure::Beyond { what, step: 7 })
+        }
+    }
+
+    const TABLE: [SolverEntry; 5] = [
+        SolverEntry {
+            name: "shallow",
+            precisions: &[PointPrecision::Double],
+            begin: |_| Ok(Box::new(Shallow)),
+        },
         SolverEntry {
             name: "slow",
             precisions: &[PointPrecision::Double],
@@ -259,6 +274,21 @@ mod tests {
         assert!(
             matches!(ask("slow", None), Some(Verdict::Solved(o)) if o.report().refusal.is_none())
         );
+    }
+
+    /// What a body becomes may be another family's; without one it is a failure.
+    #[test]
+    fn what_a_method_does_not_hold_for_goes_to_the_fallback() {
+        let ask = |fallback| {
+            let watch = JobControl::default();
+            with_lookup(&job("shallow", fallback), &watch, lookup).expect("not cancelled")
+        };
+        let words = "at step 7: a plastic strain of 0.4; bonds hold up to 0.3";
+        let Verdict::Solved(outcome) = ask(Some("slow")) else { panic!("not solved") };
+        let refusal = outcome.report().refusal.clone().expect("why");
+        assert!(refusal.contains(words), "{refusal}");
+        let Verdict::Failed { text, .. } = ask(None) else { panic!("no failure") };
+        assert!(text.contains(words), "{text}");
     }
 
     #[test]

@@ -41,6 +41,10 @@ fn order(speed: f64, policy: &Policy<'_>) -> SolveOrder {
     }
 }
 
+fn order_of_glass(name: &str) -> SolveOrder {
+    order(5.0, &policy(None, Some(name)))
+}
+
 /// A metal that yields is solved as a shell where a sheet of it is hit on its face, as a solid
 /// where a dent would be seen or it bends; else it is kept, with the reason of each hit.
 #[test]
@@ -67,6 +71,22 @@ fn metal_is_solved_as_a_sheet_or_as_a_solid_or_kept() {
     assert!(order.reasons[0].contains("it bends: "), "{:?}", order.reasons);
     let block = words(asked(Vec3::repeat(0.1), 0.3));
     assert!(block.contains("a dent of about") && block.contains("bends nothing"), "{block}");
+    // Points and bonds are for whom a scene names them, and hand over to the solid.
+    let bonded = Policy { family: Some(family::PERIDYNAMICS), ..metal };
+    for size in [sheet, Vec3::repeat(0.1)] {
+        let (world, body, hits) = struck_body(size, 10.0);
+        let order = decide(&world, body, &hits, &bonded);
+        let Some(Decision::Solve(order)) = order else { panic!("kept") };
+        assert_eq!(
+            (order.family.as_str(), order.fallback, order.choice()),
+            (family::PERIDYNAMICS, Some(family::DUCTILE), Some("the scene's choice"))
+        );
+    }
+    let order = order_of_glass(family::PERIDYNAMICS);
+    assert_eq!(
+        (order.family.as_str(), order.fallback, order.choice()),
+        (family::PERIDYNAMICS, Some(family::SAMPLED), Some("the scene's choice"))
+    );
     // A scene may ask for the solid of a sheet.
     let solid = Policy { family: Some(family::DUCTILE), ..metal };
     let (world, body, hits) = struck_body(sheet, 10.0);
