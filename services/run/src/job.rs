@@ -3,8 +3,8 @@
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_model::{
-    BodyShape, BrittleSettings, JohnsonCook, Law, Material, PointPrecision, Problem, Settings,
-    StrengthField, Treatment,
+    BodyShape, BondedSolid, BrittleSettings, JohnsonCook, Law, Material, PointPrecision, Problem,
+    Settings, StrengthField, Treatment,
 };
 use cullet_plan::{AccuracyTarget, Policy, SolveLimits, SolveOrder, family};
 use cullet_proto::job::{MAX_IMPACTS, MAX_SUPPORTS};
@@ -25,6 +25,8 @@ pub(super) struct Choice {
     treatment: Option<Treatment>,
     /// How its metal yields.
     plasticity: Option<JohnsonCook>,
+    /// Its bonds, where it is solved as points and bonds.
+    bonds: BondedSolid,
 }
 
 impl Choice {
@@ -51,8 +53,8 @@ impl Choice {
         let strength = StrengthField { seed, ..(*body.strength).clone() };
         let precise = defaults.precision.is_some();
         let (solver, treatment) = (body.solver.name().map(str::to_owned), body.material.treatment);
-        let plasticity = body.material.plasticity;
-        Self { solver, settings, precise, strength, treatment, plasticity }
+        let (plasticity, bonds) = (body.material.plasticity, body.material.bonds);
+        Self { solver, settings, precise, strength, treatment, plasticity, bonds }
     }
 
     /// Fragments keep the grid spacing \[m\] of the solve that made them: what they were made of
@@ -132,6 +134,10 @@ pub(super) fn problem(
     // The plan asks the shell of thin plates only; what is none is taken as annealed.
     let treatment = choice.treatment.filter(|_| order.family == family::SHELL);
     let law = match (choice.plasticity, treatment) {
+        (flow, _) if order.family == family::PERIDYNAMICS => {
+            let hardening = flow.map(|flow| flow.hardening);
+            Law::Bonded { material, bonds: BondedSolid { hardening, ..choice.bonds } }
+        }
         // A wall flows slow and cold, and tears by its own law.
         (Some(flow), _) if flow.is_plain() || order.family == family::SHELL => {
             Law::Yielding { material, hardening: flow.hardening }
@@ -169,7 +175,7 @@ fn strongest(hits: &[Hit]) -> Vec<&Hit> {
 mod tests {
     use super::Choice;
     use cullet_geometry::Vec3;
-    use cullet_model::{PointPrecision, Settings, StrengthField, Treatment};
+    use cullet_model::{BondedSolid, PointPrecision, Settings, StrengthField, Treatment};
 
     #[test]
     fn a_solve_without_a_grid_leaves_the_spacing_as_it_was() {
@@ -177,7 +183,9 @@ mod tests {
         let strength = StrengthField::even();
         let treatment = Some(Treatment::Toughened { surface_stress: 90e6 });
         let (solver, precise, plasticity) = (None, false, None);
-        let mut choice = Choice { solver, settings, precise, strength, treatment, plasticity };
+        let bonds = BondedSolid::default();
+        let mut choice =
+            Choice { solver, settings, precise, strength, treatment, plasticity, bonds };
         choice.no_finer_than(0.0);
         assert_eq!(choice.settings.spacing, None);
         choice.no_finer_than(0.01);

@@ -7,7 +7,7 @@ use super::geometry::{BodyGeometry, GeometrySource, ObjectSource, bounds};
 use super::material::SceneMaterial;
 use super::sourced::Fault;
 use super::strength::strength;
-use super::treatment;
+use super::{bonds, treatment};
 use cullet_document::check::tell;
 use cullet_document::error::suggest;
 use cullet_document::files::key;
@@ -82,7 +82,8 @@ impl ResolveContext<'_> {
         let solver = body.solver.clone().unwrap_or_else(|| defaults.solver.clone());
         for (_, geometry) in shapes.iter().filter(|_| wanted) {
             let unfit = treatment::unfit(material.treatment, &geometry.solid, &solver)
-                .or_else(|| yields(&material, &solver));
+                .or_else(|| yields(&material, &solver))
+                .or_else(|| bonds::unfit(&material, body, &solver));
             if let Some((key, why)) = unfit {
                 self.wrong(&join(path, key), why);
             }
@@ -342,7 +343,7 @@ fn yields(material: &SceneMaterial, solver: &SolverChoice) -> Option<Fault> {
     let name = solver.name()?;
     let (shell, ductile) = (family::SHELL, family::DUCTILE);
     let why = match material.plasticity {
-        Some(_) if name == shell || name == ductile => return None,
+        Some(_) if [shell, ductile, family::PERIDYNAMICS].contains(&name) => return None,
         Some(_) => format!("`{name}` takes nothing that yields: `{shell}` and `{ductile}` do"),
         None if name == ductile => format!("`{name}` takes only what yields: give `plasticity`"),
         None => return None,

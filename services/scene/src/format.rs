@@ -6,6 +6,7 @@
 //! holds without a key whose default is no plain value.
 
 mod body;
+mod bonds;
 mod fidelity;
 mod generator;
 mod material;
@@ -15,6 +16,7 @@ mod show;
 mod treatment;
 
 pub use body::{Anchor, Axis, Body, ObjectsChoice, RepairChoice, Resolution, Rotation};
+pub use bonds::{BondAxis, Bonds};
 pub use fidelity::Fidelity;
 pub use generator::{Grid, Scatter, Stack};
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};

@@ -7,6 +7,7 @@
 
 mod admission;
 pub mod body;
+mod bonds;
 pub mod context;
 pub mod direction;
 mod expect;

@@ -11,7 +11,9 @@ use super::format::{
 use super::sourced::Fault;
 use super::treatment;
 use cullet_document::check::tell;
-use cullet_model::{DuctileFailure, Hardening, JohnsonCook, ThermalSoftening, Treatment};
+use cullet_model::{
+    BondedSolid, DuctileFailure, Hardening, JohnsonCook, ThermalSoftening, Treatment,
+};
 pub use preset::{Preset, PresetFlow, PresetPlasticity};
 use presets::PRESETS;
 
@@ -115,6 +117,8 @@ pub struct SceneMaterial {
     pub treatment: Option<Treatment>,
     /// How it yields, if it is a metal that dents.
     pub plasticity: Option<JohnsonCook>,
+    /// Its bonds where it is solved by `peridynamics`; they yield as `plasticity` says.
+    pub bonds: BondedSolid,
 }
 
 impl From<PresetPlasticity> for JohnsonCook {
@@ -180,6 +184,7 @@ impl From<&Preset> for SceneMaterial {
             breakable: preset.breakable,
             treatment: preset.treatment.map(Treatment::from),
             plasticity: preset.plasticity.map(JohnsonCook::from),
+            bonds: BondedSolid::default(),
         }
     }
 }
@@ -238,6 +243,7 @@ impl SceneMaterial {
                 .plasticity
                 .map(JohnsonCook::from)
                 .or(base.as_ref().and_then(|m| m.plasticity)),
+            bonds: written.peridynamics.as_ref().map(BondedSolid::from).unwrap_or_default(),
         };
         if missing.is_empty() { Ok(material) } else { Err(missing) }
     }

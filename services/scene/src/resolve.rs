@@ -7,7 +7,7 @@ use super::generate::{self, Instance};
 use super::material::{self, SceneMaterial};
 use super::scene::{Scene, SceneBody};
 use super::taken::Taken;
-use super::{admission, limits, overlap, preflight, strength, treatment};
+use super::{admission, bonds, limits, overlap, preflight, strength, treatment};
 use cullet_document::check::{Findings, tell};
 use cullet_document::error::{SceneError, nearest, suggest};
 use cullet_document::files::Files;
@@ -129,6 +129,9 @@ pub fn own_material(
     };
     for (key, fault) in made.directions() {
         context.wrong(&join(&join(path, key), "normal"), fault);
+    }
+    for (key, fault) in written.peridynamics.as_ref().map_or_else(Vec::new, bonds::faults) {
+        context.wrong(&join(&join(path, "peridynamics"), key), fault);
     }
     for (key, fault) in
         treatment::misplaced(written, made.treatment.as_ref(), made.plasticity.is_some())

@@ -1,6 +1,7 @@
 //! The shipped scenes load; bad files give every error with its place; overrides and bundles hold.
 
 mod advice;
+mod bonds;
 mod objects;
 mod plasticity;
 mod treatment;
@@ -12,7 +13,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 19] = [
+const SHIPPED: [&str; 21] = [
     "pot",
     "four-shapes",
     "bullet",
@@ -30,6 +31,7 @@ const SHIPPED: [&str; 19] = [
     "lead-soldier",
     "clay",
     "plate",
+    "panels",
     "window",
     "egg",
     "bulb",

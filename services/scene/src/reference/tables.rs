@@ -3,9 +3,9 @@
 
 use super::keys::keys_of;
 use crate::format::{
-    Body, Bounds, Document, Expect, Fidelity, Fracture, Grid, HeatSoftening, InterlayerFilm,
-    Layers, Material, Paint, Plasticity, RecordingSettings, Resolution, Rotation, Scatter, Shape,
-    ShareBounds, Stack, Tiers, View, WeakPlane, World,
+    Body, BondAxis, Bonds, Bounds, Document, Expect, Fidelity, Fracture, Grid, HeatSoftening,
+    InterlayerFilm, Layers, Material, Paint, Plasticity, RecordingSettings, Resolution, Rotation,
+    Scatter, Shape, ShareBounds, Stack, Tiers, View, WeakPlane, World,
 };
 use crate::surface_detail::Detail;
 
@@ -52,6 +52,8 @@ pub(super) const TABLES: &[Table] = tables! {
     InterlayerFilm, "`interlayer` of a material", &[("", INTERLAYER)];
     Plasticity, "`plasticity` of a material", &[("", PLASTICITY)];
     HeatSoftening, "`softening` of `plasticity`", &[("", SOFTENING)];
+    Bonds, "`peridynamics` of a material", &[("", BONDS)];
+    BondAxis, "`grain` of bonds", &[("", GRAIN)];
     Body, "`[[body]]`", &[("", BODY)];
     Shape, "`shape` of a body", SHAPES;
     Rotation, "`rotation` of a body", &[("", ROTATION)];
@@ -157,6 +159,18 @@ exponent = 0.26
 rate = 0.014
 softening = { melting = 1500, exponent = 1.03, heat_capacity = 477 }
 failure = [0.05, 3.44, -2.12, 0.002, 0.61]
+"#;
+
+const BONDS: &str = r#"[[material]]
+name = "hard alloy"
+preset = "aluminium-6061"
+peridynamics = { dust = 0.5, max_plastic_stretch = 0.15, failure = [0.1, 0.5, -1.5] }
+"#;
+
+const GRAIN: &str = r#"[[material]]
+name = "fibrous"
+preset = "limestone"
+peridynamics = { grain = { axis = [1, 0, 0], strength = 3, softness = 0.8 } }
 "#;
 
 const LAYERS: &str = r#"[[material]]

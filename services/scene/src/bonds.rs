@@ -1,0 +1,64 @@
+//! What a scene makes of the bonds of a material, and what `peridynamics` cannot do.
+
+use super::direction::direction;
+use super::format::{self, Body, SolverChoice};
+use super::material::SceneMaterial;
+use super::sourced::Fault;
+use cullet_model::{BondGrain, BondedSolid, DuctileFailure};
+use cullet_plan::family;
+
+impl From<&format::Bonds> for BondedSolid {
+    /// How it yields is another key.
+    fn from(written: &format::Bonds) -> Self {
+        let none = Self::default();
+        let grain = |grain: format::BondAxis| {
+            let axis = direction(grain.axis).unwrap_or(grain.axis).into();
+            BondGrain { axis, strength: grain.strength, stretch: grain.softness.unwrap_or(1.0) }
+        };
+        let failure =
+            |[one, two, three]: [f64; 3]| DuctileFailure { d: [one, two, three, 0.0, 0.0] };
+        Self {
+            hardening: None,
+            breaks: written.breaks.unwrap_or(none.breaks),
+            dust: written.dust.unwrap_or(none.dust),
+            failure: written.failure.map(failure),
+            max_plastic_stretch: written.max_plastic_stretch,
+            grain: written.grain.map(grain),
+            friction: written.friction.unwrap_or(none.friction),
+            bond_damping: written.damping.unwrap_or(none.bond_damping),
+            air_damping: written.air.unwrap_or(none.air_damping),
+            horizon: written.horizon.unwrap_or(none.horizon),
+        }
+    }
+}
+
+/// What is wrong with the bonds of a material, by the key below `peridynamics`.
+pub(super) fn faults(written: &format::Bonds) -> Vec<Fault> {
+    let axis = written.grain.map(|grain| direction(grain.axis));
+    if let Some(Err(why)) = axis {
+        return vec![("grain", format!("`axis` {why}"))];
+    }
+    let bonds = BondedSolid::from(written);
+    let out = |(_, value, low, high): &(&str, f64, f64, f64)| !(*low..=*high).contains(value);
+    let key = |what: &str| match what.contains("ductile") || what.contains("plastic strain") {
+        true => "failure",
+        false => "grain",
+    };
+    let fault = |(what, value, low, high): (&'static str, f64, f64, f64)| {
+        (key(what), format!("{what} is {value:.3e}; it must lie in [{low:.3e}, {high:.3e}]"))
+    };
+    bonds.bounds().into_iter().filter(out).map(fault).collect()
+}
+
+/// Why `peridynamics` cannot solve a body of a material, by the key at fault.
+pub(super) fn unfit(material: &SceneMaterial, body: &Body, solver: &SolverChoice) -> Option<Fault> {
+    let name = solver.name().filter(|name| *name == family::PERIDYNAMICS)?;
+    let why = |what: &str| format!("`{name}` knows no {what}: `{}` does", family::DEFAULT);
+    if material.weak_plane.is_some() {
+        return Some(("material", why("weak plane, but the `grain` of its bonds")));
+    }
+    if material.layers.is_some() {
+        return Some(("material", why("layers")));
+    }
+    (!body.paint.is_empty()).then(|| ("paint", why("painted strength")))
+}
