@@ -181,17 +181,25 @@ impl PeridynamicDomain {
             let whole = f64::from(sums.whole) / f64::from(self.totals[point]);
             let mut shrink = 1.0;
             let deviation = f64::from(sums.deviation);
+            let held = (1.0 - state.damage).max(f64::MIN_POSITIVE);
+            let before = self.law.equivalent_stress(state.deviation / held);
             if let Some(yielded) = self.law.yields(deviation, state.plastic) {
                 let yielded = self.law.limited(yielded, deviation, &sums.flowed);
                 shrink = yielded.left as f32;
                 state.plastic += yielded.strain;
+                let borne = yielded.left * self.law.equivalent_stress(deviation);
+                // Central differences take the work of what was borne before and after a step, and
+                // not of what would have been.
+                let work = match dt > 0.0 {
+                    true => 0.5 * (before + borne) * yielded.strain,
+                    false => yielded.work,
+                };
                 if let Some(ductile) = self.law.ductile {
-                    let borne = yielded.left * self.law.equivalent_stress(deviation);
                     let triaxiality = 3.0 * self.law.bulk * f64::from(sums.mean) / borne;
                     state.ductile += yielded.strain / ductile.strain(triaxiality);
                 }
                 if point < self.own {
-                    tally.plastic += self.volumes[point] * whole * yielded.work;
+                    tally.plastic += self.volumes[point] * whole * work;
                     tally.yielding += 1;
                 }
             }

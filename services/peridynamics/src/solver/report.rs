@@ -12,11 +12,12 @@ const STRENGTH: std::ops::Range<f64> = 0.7..1.4;
 
 impl Peridynamics {
     /// Stress at which bonds that are drawn along one axis break, over the strength of the
-    /// material, where they break \[1\].
+    /// material, where they break and do not yield \[1\].
     fn strength_ratio(&self) -> Option<f64> {
         let material = &self.problem.material;
         let stress = material.young * self.body.domain.critical;
-        self.bonds.breaks.then_some(stress / material.failure_stress)
+        (self.bonds.breaks && self.bonds.hardening.is_none())
+            .then_some(stress / material.failure_stress)
     }
 
     pub(super) fn report(&self) -> Report {

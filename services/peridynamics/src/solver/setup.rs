@@ -101,6 +101,12 @@ pub(super) fn estimate_cost(
         let ratio = hardening.yield_stress / material.young;
         within("yield stress over Young's modulus", ratio, 1e-6, MOST_ELASTIC)?;
     }
+    if problem.spin != Vec3::zeros() {
+        let spin = problem.spin.norm();
+        let lack =
+            format!("it knows no stress of a spin before the hits, and here is {spin:.3e} rad/s");
+        return Err(Refusal::Unfit { solver: Peridynamics::NAME, lack });
+    }
     check_impacts(&problem.impacts)?;
     check_supports(&problem.supports)?;
     let cell = cell(problem)?;
@@ -197,10 +203,8 @@ impl Peridynamics {
             return Err(Refusal::TooThin { thickness, cells, minimum });
         }
         let volumes = vec![mesh.signed_volume() / points.len() as f64; points.len()];
-        let unfit = |error: BondError| Refusal::Unfit {
-            solver: <Self as Solver>::NAME,
-            lack: error.to_string(),
-        };
+        let unfit =
+            |error: BondError| Refusal::Unfit { solver: Self::NAME, lack: error.to_string() };
         let law = law(&problem.material, &bonds);
         let domain = PeridynamicDomain::new(points, volumes, bonds.horizon * spacing, law);
         let mut domain = domain.map_err(unfit)?;

@@ -146,6 +146,18 @@ fn a_ball_leaves_a_dent_in_metal() {
     assert!(matches!(outcome, SolveOutcome::Unchanged(_)), "{:?}", outcome.report());
 }
 
+/// Where a step strains by more than what yields, the work of flow is still what was lost.
+#[test]
+fn the_energy_of_fast_flow_is_accounted_for() {
+    let hardening = Some(Hardening { yield_stress: 50e6, hardening: 300e6, exponent: 1.0 });
+    let found = deformed(panel(METAL, BondedSolid { hardening, ..elastic() }, 15.0));
+    let detail = |name| found.report.detail(name).expect("told");
+    let energy = 0.5 * 0.15 * 15.0 * 15.0;
+    println!("fast flow: {} of {energy} J, {}", detail("plastic_work"), detail("energy_balance"));
+    assert!(detail("plastic_work") > 0.4 * energy, "{:?}", found.report);
+    assert!((detail("energy_balance") - 1.0).abs() < 0.01, "{:?}", found.report);
+}
+
 /// Glass falls into parts, whose mass and momenta are those of what was given.
 #[test]
 fn a_ball_breaks_a_panel_of_glass() {
@@ -250,6 +262,7 @@ fn what_cannot_be_solved_is_refused_with_its_bound() {
         (|p, _| p.settings.spacing = Some(1e-4), "the number of particles"),
         (|p, _| p.settings.spacing = Some(0.03), "the number of particles"),
         (|p, _| p.settings.spacing = Some(0.0125), "too thin"),
+        (|p, _| p.spin = Vec3::z() * 100.0, "it knows no stress of a spin"),
         (|_, b| b.horizon = 5.0, "horizon over the distance of points"),
         (
             |p, _| {
