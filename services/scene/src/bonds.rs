@@ -7,9 +7,9 @@ use super::sourced::Fault;
 use cullet_model::{BondGrain, BondedSolid, DuctileFailure};
 use cullet_plan::family;
 
-impl From<&format::Bonds> for BondedSolid {
+impl From<&format::BondNumbers> for BondedSolid {
     /// How it yields is another key.
-    fn from(written: &format::Bonds) -> Self {
+    fn from(written: &format::BondNumbers) -> Self {
         let none = Self::default();
         let grain = |grain: format::BondAxis| {
             let axis = direction(grain.axis).unwrap_or(grain.axis).into();
@@ -33,7 +33,7 @@ impl From<&format::Bonds> for BondedSolid {
 }
 
 /// What is wrong with the bonds of a material, by the key below `peridynamics`.
-pub(super) fn faults(written: &format::Bonds) -> Vec<Fault> {
+pub(super) fn faults(written: &format::BondNumbers) -> Vec<Fault> {
     let axis = written.grain.map(|grain| direction(grain.axis));
     if let Some(Err(why)) = axis {
         return vec![("grain", format!("`axis` {why}"))];

@@ -16,7 +16,7 @@ mod show;
 mod treatment;
 
 pub use body::{Anchor, Axis, Body, ObjectsChoice, RepairChoice, Resolution, Rotation};
-pub use bonds::{BondAxis, Bonds};
+pub use bonds::{BondAxis, BondNumbers};
 pub use fidelity::Fidelity;
 pub use generator::{Grid, Scatter, Stack};
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};

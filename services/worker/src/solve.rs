@@ -65,7 +65,8 @@ enum Solved {
 }
 
 /// Solves with the family that the job names; if that refuses, cannot cut what it solved, or does
-/// not hold for what the body becomes, with its fallback. The report says which ran and why another did not.
+/// not hold for what the body becomes, with its fallback. The report says which ran and why another
+/// did not.
 #[must_use]
 pub fn by_table(job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
     with_lookup(job, watch, by_name)

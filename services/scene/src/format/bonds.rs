@@ -9,7 +9,7 @@ use serde::Deserialize;
 /// out of that and the spacing. Other families do not read it.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Bonds {
+pub struct BondNumbers {
     /// Whether bonds break.
     #[schemars(extend("x-default" = "true"))]
     pub breaks: Option<bool>,

@@ -1,6 +1,6 @@
 //! Materials, and how strength varies within a body, as they are written.
 
-use super::{Bonds, GlassTreatment, InterlayerFilm, Plasticity};
+use super::{BondNumbers, GlassTreatment, InterlayerFilm, Plasticity};
 use cullet_document::check::tell;
 use cullet_document::unit;
 use schemars::JsonSchema;
@@ -99,7 +99,7 @@ pub struct Material {
     /// How the family `peridynamics` solves it.
     #[serde(default)]
     #[schemars(extend("x-default" = "the defaults of its keys"))]
-    pub peridynamics: Option<Bonds>,
+    pub peridynamics: Option<BondNumbers>,
     /// What was done to glass after it was drawn.
     #[serde(default)]
     #[schemars(extend("x-default" = "the preset's, or `annealed` without `preset`"))]

@@ -3,7 +3,7 @@
 
 use super::keys::keys_of;
 use crate::format::{
-    Body, BondAxis, Bonds, Bounds, Document, Expect, Fidelity, Fracture, Grid, HeatSoftening,
+    Body, BondAxis, BondNumbers, Bounds, Document, Expect, Fidelity, Fracture, Grid, HeatSoftening,
     InterlayerFilm, Layers, Material, Paint, Plasticity, RecordingSettings, Resolution, Rotation,
     Scatter, Shape, ShareBounds, Stack, Tiers, View, WeakPlane, World,
 };
@@ -52,7 +52,7 @@ pub(super) const TABLES: &[Table] = tables! {
     InterlayerFilm, "`interlayer` of a material", &[("", INTERLAYER)];
     Plasticity, "`plasticity` of a material", &[("", PLASTICITY)];
     HeatSoftening, "`softening` of `plasticity`", &[("", SOFTENING)];
-    Bonds, "`peridynamics` of a material", &[("", BONDS)];
+    BondNumbers, "`peridynamics` of a material", &[("", BONDS)];
     BondAxis, "`grain` of bonds", &[("", GRAIN)];
     Body, "`[[body]]`", &[("", BODY)];
     Shape, "`shape` of a body", SHAPES;
