@@ -30,6 +30,10 @@ pub enum Dimension {
     Force,
     /// \[1/s\]
     Rate,
+    /// \[K\]
+    TemperatureDifference,
+    /// \[J/(kg K)\]
+    HeatCapacity,
     /// \[1\]
     Ratio,
 }
@@ -38,7 +42,7 @@ const PI: f64 = std::f64::consts::PI;
 
 impl Dimension {
     /// Every dimension.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Length,
         Self::Time,
         Self::Velocity,
@@ -51,6 +55,8 @@ impl Dimension {
         Self::Impulse,
         Self::Force,
         Self::Rate,
+        Self::TemperatureDifference,
+        Self::HeatCapacity,
         Self::Ratio,
     ];
 
@@ -107,6 +113,8 @@ impl Dimension {
             }
             Self::Force => &[("N", 1.0), ("mN", 1e-3), ("kN", 1e3), ("MN", 1e6)],
             Self::Rate => &[("1/s", 1.0), ("1/ms", 1e3), ("1/us", 1e6), ("Hz", 1.0)],
+            Self::TemperatureDifference => &[("K", 1.0)],
+            Self::HeatCapacity => &[("J/(kg K)", 1.0), ("kJ/(kg K)", 1e3)],
             Self::Ratio => &[("", 1.0), ("%", 1e-2)],
         }
     }
@@ -127,6 +135,8 @@ impl Dimension {
             Self::Impulse => "impulse",
             Self::Force => "force",
             Self::Rate => "rate",
+            Self::TemperatureDifference => "temperature difference",
+            Self::HeatCapacity => "heat capacity",
             Self::Ratio => "ratio",
         }
     }
@@ -263,6 +273,8 @@ schemas! {
     ratio: Ratio,
     angle: Angle,
     rate: Rate,
+    temperature_difference: TemperatureDifference,
+    heat_capacity: HeatCapacity,
     velocity: Velocity,
 }
 

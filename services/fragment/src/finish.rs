@@ -78,6 +78,9 @@ impl Finish<'_> {
         }
         balance(&mut fragments);
         let debris = self.crumble(&mut fragments, crumbled);
+        // Each fragment keeps the cracks that are its own.
+        let mut gone = crumbled.iter().chain(std::iter::repeat(&false));
+        cracks.retain(|_| gone.next().is_some_and(|gone| !*gone));
         let mut finished = FinishedParts { debris, ..FinishedParts::default() };
         if let Some(width) = self.problem.settings.brittle.hairline {
             let (grain, seed, motes) = (self.grain(), self.problem.seed, self.motes);

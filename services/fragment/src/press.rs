@@ -199,7 +199,8 @@ impl RigidPress {
             PressShape::Plane => f64::INFINITY,
             PressShape::Disc(radius) | PressShape::Ball(radius) => radius,
         };
-        points.all.iter().filter(|point| body.bears(point.id)).any(|point| {
+        points.all.iter().any(|point| {
+            let Some(velocity) = body.speed_now(point.id) else { return false };
             let arm = point.place(body) - self.point;
             let along = arm.dot(&self.normal);
             let aside = (arm - self.normal * along).norm();
@@ -210,7 +211,7 @@ impl RigidPress {
                 }
                 _ => self.way,
             };
-            let slower = body.speed_now(point.id).dot(&self.normal) < self.speed;
+            let slower = velocity.dot(&self.normal) < self.speed;
             aside < radius && along > front && slower
         })
     }
@@ -245,7 +246,8 @@ impl RigidPress {
         let until = SEARCH as f64 * body.clock().step * (fastest + self.speed.abs());
         let margin = 2.0 * until + MARGIN * points.spacing;
         self.near.clear();
-        for (k, point) in points.all.iter().enumerate() {
+        // Those that it has met: tears lay open others.
+        for (k, point) in points.all[..self.dents.len()].iter().enumerate() {
             let place = point.place(body);
             if self.depth(&place).is_some_and(|(depth, _)| depth > -margin) {
                 self.near.push(k as u32);
@@ -271,7 +273,7 @@ impl RigidPress {
             let place = point.place(body);
             let Some((depth, out)) = self.depth(&place) else { continue };
             let pressed = std::mem::take(&mut self.pressed[k as usize]);
-            if !body.bears(point.id) {
+            if depth > self.dents[k as usize] && body.speed_now(point.id).is_none() {
                 // What its spring held goes with it.
                 self.crushed += 0.5 * self.stiffness * pressed * pressed * point.area;
                 continue;

@@ -21,11 +21,8 @@ pub trait PressedBody {
     /// Where the point of that number is \[m\], and the gradient of the displacement there \[1\].
     fn point_now(&self, id: u32) -> (Vec3, Mat3);
 
-    /// How fast the point of that number moves \[m/s\].
-    fn speed_now(&self, id: u32) -> Vec3;
-
-    /// Whether the point of that number can bear anything.
-    fn bears(&self, id: u32) -> bool;
+    /// How fast the point of that number moves \[m/s\]; none of one that bears nothing any more.
+    fn speed_now(&self, id: u32) -> Option<Vec3>;
 
     /// Gives the place beside that point which goes with its motion and its gradient, `offset`
     /// \[m\] away before the hit, an impulse \[N·s\].

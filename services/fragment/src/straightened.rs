@@ -33,6 +33,12 @@ impl Straightened {
         Self { from, to, turn }
     }
 
+    /// What a motion would be.
+    #[must_use]
+    pub fn motion(&self, motion: &Vec3) -> Vec3 {
+        self.turn * motion
+    }
+
     /// Where a place that is now at `now` \[m\] would be.
     #[must_use]
     pub fn place(&self, now: &Vec3) -> Vec3 {

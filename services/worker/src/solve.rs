@@ -232,7 +232,7 @@ mod tests {
             begin: |_| Ok(Box::new(Uncut)),
         },
     ];
-    static ENTRIES: [SolverEntry; 4] = TABLE;
+    static ENTRIES: [SolverEntry; 5] = TABLE;
 
     fn lookup(name: &str) -> Option<&'static SolverEntry> {
         ENTRIES.iter().find(|entry| entry.name == name)

@@ -1,6 +1,6 @@
 //! What becomes of a body that has flowed: the shape that is left, and what is reported of it.
 
-use super::torn::CarriedShape;
+use super::torn::{FINE, TornShape};
 use super::{Ductile, THINNEST};
 use cullet_fragment::carriers::Carriers;
 use cullet_fragment::motion;
@@ -16,9 +16,6 @@ use rayon::prelude::*;
 /// Share of a cell that a place must have moved for good to be worth a new shape, and of the energy
 /// of the hits that must have gone into that \[1\].
 const LEAST_DENT: (f64, f64) = (0.02, 1e-2);
-
-/// Longest edge of the new surface in cells \[1\].
-pub(super) const FINE: f64 = 0.75;
 
 /// Change of volume above which it is worth a word \[1\]: J2 keeps it to 0.1 %.
 const SWOLLEN: f64 = 0.01;
@@ -60,7 +57,7 @@ impl Ductile {
         let mut dented = self.is_dented() && deepest > LEAST_DENT.0 * spacing;
         let mut solid = (*self.problem.solid).clone();
         if self.record.broken > 0 {
-            let carried = CarriedShape::new(self, &straight, &motions);
+            let carried = TornShape::new(self, &straight, &motions);
             let mut torn = carried.parts()?;
             if torn.are_several() {
                 return Ok(SolveOutcome::Broken(Box::new(carried.broken(torn, report))));

@@ -2,7 +2,6 @@
 //! one, and each is carried by its own points, so that the lips of a tear part.
 
 use super::Ductile;
-use super::shape::FINE;
 use crate::mpm::Domain;
 use crate::mpm::crushed::LEAST_POINTS;
 use crate::mpm::domain::PointMotion;
@@ -10,7 +9,7 @@ use crate::mpm::motion;
 use crate::mpm::point_damage::{PointDamage, motes};
 use crate::mpm::preconditions::stretch;
 use cullet_fragment::carriers::Carriers;
-use cullet_fragment::cut::{self, CutPart, CutSettings, slit};
+use cullet_fragment::cut::{self, CutPart, CutSettings, OpenCrack, slit};
 use cullet_fragment::finish::{Finish, FinishedParts, FragmentMotion};
 use cullet_fragment::pieces::Pieces;
 use cullet_fragment::straightened::Straightened;
@@ -21,6 +20,9 @@ use cullet_geometry::{Solid, Vec3};
 use cullet_model::{Failure, Fragmentation, Report};
 use rayon::prelude::*;
 
+/// Longest edge of the new surface in cells \[1\].
+pub(super) const FINE: f64 = 0.75;
+
 /// Width of the slits that tears which end inside a part are cut as, in cells: what opens is what
 /// its sides do.
 const SLIT: f64 = 0.02;
@@ -29,7 +31,7 @@ const SLIT: f64 = 0.02;
 const FOLDED: f64 = 0.3;
 
 /// Where the points of a body are in its frame, and what they carry.
-pub(super) struct CarriedShape<'a> {
+pub(super) struct TornShape<'a> {
     solve: &'a Ductile,
     straight: &'a Straightened,
     /// By slot.
@@ -49,7 +51,7 @@ pub(super) struct TornParts {
 }
 
 impl TornParts {
-    /// Whether there is more than one, or a part of it is lost.
+    /// Whether there is more than one.
     pub(super) fn are_several(&self) -> bool {
         self.parts.len() > 1
     }
@@ -78,7 +80,7 @@ impl Ductile {
     }
 }
 
-impl<'a> CarriedShape<'a> {
+impl<'a> TornShape<'a> {
     pub(super) fn new(
         solve: &'a Ductile,
         straight: &'a Straightened,
@@ -120,13 +122,13 @@ impl<'a> CarriedShape<'a> {
     }
 
     /// A solid that was cut out before the hit, where its own points are now, with a volume \[m³\];
-    /// where they fold it, in the shape that it had, and whether that is so. Nothing without points.
+    /// none where they fold it, or are too far.
     fn moved(
         &self,
         solid: &Solid,
         volume: f64,
         own: &(impl Fn(usize) -> bool + Sync),
-    ) -> Result<Option<(Solid, bool)>, Failure> {
+    ) -> Result<Option<Solid>, Failure> {
         let (first, spacing) = (solid, self.solve.domain.grid.spacing.max());
         let mut solid =
             refine_solid(first, FINE * spacing).map_err(|error| Failure::Cut(error.to_string()))?;
@@ -137,11 +139,11 @@ impl<'a> CarriedShape<'a> {
         solid.mesh.vertices = moved;
         let whole = solid.mesh.mass_properties();
         if (whole.volume / volume - 1.0).abs() > FOLDED {
-            return Ok(self.as_it_was(first, own).map(|solid| (solid, true)));
+            return Ok(None);
         }
         let (scale, centre) = (libm::cbrt(volume / whole.volume), whole.centroid);
         solid.mesh.vertices.iter_mut().for_each(|x| *x = centre + (*x - centre) * scale);
-        Ok(Some((solid, false)))
+        Ok(Some(solid))
     }
 
     /// A solid in the shape that it had, where its own points have taken it.
@@ -187,23 +189,25 @@ impl<'a> CarriedShape<'a> {
         for (k, part) in partition.parts.iter_mut().enumerate() {
             let volume = part.solid.mesh.signed_volume();
             let own = |id: usize| part_of[id] as usize == k;
+            let before = part.solid.clone();
+            let as_it_was = || self.as_it_was(&before, &own).unwrap_or_else(|| before.clone());
+            let cracks = std::mem::take(&mut part.cracks);
             if crumbled[k] {
-                part.solid = self.as_it_was(&part.solid, &own).unwrap_or(part.solid.clone());
+                part.solid = as_it_was();
                 continue;
             }
-            self.slit(part, &mut partition.warnings);
+            self.slit(part, &cracks, &mut partition.warnings);
             // What slits took is given back. Crumbs carry nothing.
             let bears = |id: usize| own(id) && pieces.of[id].is_some_and(|piece| piece < shreds);
             let moved = self.moved(&part.solid, volume, &bears)?;
-            let (solid, is_folded) = moved.unwrap_or_else(|| (part.solid.clone(), true));
-            part.solid = solid;
-            folded += u32::from(is_folded);
+            folded += u32::from(moved.is_none());
+            part.solid = moved.unwrap_or_else(as_it_was);
             part.hulls = convex_parts(&part.solid, HullSettings::default());
-            part.cracks.clear();
         }
         if folded > 0 {
             partition.warnings.push(format!(
-                "{folded} of {} parts were folded by their points: they are shown in the shape that they had",
+                "{folded} of {} parts were folded by their points: they are shown in the shape \
+                 that they had",
                 partition.parts.len()
             ));
         }
@@ -212,9 +216,9 @@ impl<'a> CarriedShape<'a> {
     }
 
     /// Cuts the tears that end inside a part as slits, so that they can open.
-    fn slit(&self, part: &mut CutPart, warnings: &mut Vec<String>) {
+    fn slit(&self, part: &mut CutPart, cracks: &[OpenCrack], warnings: &mut Vec<String>) {
         let spacing = self.solve.domain.grid.spacing.min();
-        for crack in &part.cracks {
+        for crack in cracks {
             match slit::open(&part.solid, &crack.beyond, SLIT * spacing, spacing) {
                 Ok(found) => part.solid = found.solid,
                 Err(slit::SlitError::Nothing) => {}
@@ -223,17 +227,13 @@ impl<'a> CarriedShape<'a> {
         }
     }
 
-    /// Takes parts back to where they were when a striker touched the body last, beside the first:
-    /// from then on they flew.
-    fn take_back(&self, parts: &mut [CutPart], motions: &[FragmentMotion]) {
+    /// How far each part has flown beside the first since a striker touched the body last \[m\].
+    fn flown(&self, motions: &[FragmentMotion]) -> Vec<Vec3> {
         let touched = self.solve.strikers.iter().filter_map(|it| it.touched).fold(0.0, f64::max);
-        let flown = self.solve.domain.time - touched;
-        let Some(&(first, _)) = motions.first() else { return };
-        for (part, (velocity, _)) in parts.iter_mut().zip(motions) {
-            let back = (velocity - first) * flown;
-            part.solid.mesh.vertices.iter_mut().for_each(|x| *x -= back);
-            part.hulls.iter_mut().flatten().for_each(|x| *x -= back);
-        }
+        let time = self.solve.domain.time - touched;
+        let first = motions.first().map_or_else(Vec3::zeros, |motion| motion.0);
+        let far = |(velocity, _): &FragmentMotion| self.straight.motion(&(velocity - first)) * time;
+        motions.iter().map(far).collect()
     }
 
     /// The parts as they move.
@@ -244,9 +244,16 @@ impl<'a> CarriedShape<'a> {
         report.warnings.extend(torn.warnings);
         let motions = motion::of_parts(domain, &torn.part_of, torn.parts.len());
         let motions: Vec<FragmentMotion> = motions.iter().map(|m| (m.velocity, m.spin)).collect();
-        self.take_back(&mut torn.parts, &motions);
+        // Parts go back to where they were then.
+        let flown = self.flown(&motions);
+        for (part, far) in torn.parts.iter_mut().zip(&flown) {
+            part.solid.mesh.vertices.iter_mut().for_each(|x| *x -= far);
+            part.hulls.iter_mut().flatten().for_each(|x| *x -= far);
+        }
         let place = |p: usize| {
-            self.straight.place(&(domain.particles.reference[p] + self.motions[p].displacement))
+            let now = domain.particles.reference[p] + self.motions[p].displacement;
+            let part = torn.part_of[domain.particles.id[p] as usize] as usize;
+            self.straight.place(&now) - flown.get(part).copied().unwrap_or_default()
         };
         let (momentum, moment) = self.solve.given();
         let finish = Finish {
@@ -311,5 +318,10 @@ fn crumbled(parts: usize, part_of: &[u32], pieces: &Pieces, shreds: u32) -> Vec<
             *vote += if *piece >= shreds { 1 } else { -1 };
         }
     }
-    votes.into_iter().map(|vote| vote > 0).collect()
+    let mut found: Vec<bool> = votes.into_iter().map(|vote| vote > 0).collect();
+    // Something is left.
+    if found.iter().all(|&gone| gone) {
+        found[..1].fill(false);
+    }
+    found
 }

@@ -276,26 +276,6 @@ impl Domain {
         self.cracks.bonds.pieces()
     }
 
-    /// The points that hold together with a whole one, by number.
-    pub(crate) fn joined(&self, id: u32) -> impl Iterator<Item = u32> {
-        self.cracks.bonds.joined(id)
-    }
-
-    /// The neighbours of a point, whatever has become of it, by number.
-    pub(crate) fn neighbours(&self, id: u32) -> impl Iterator<Item = u32> {
-        self.cracks.bonds.others(id)
-    }
-
-    /// The neighbours, by number and ascending, of the points that broke in the last step.
-    pub(crate) fn laid_open(&self) -> Vec<u32> {
-        let pairs = self.particles.damage_time.iter().zip(&self.particles.id);
-        let broken = pairs.filter(|(time, _)| **time == self.time).map(|(_, &id)| id);
-        let mut found: Vec<u32> = broken.flat_map(|id| self.cracks.bonds.others(id)).collect();
-        found.sort_unstable();
-        found.dedup();
-        found
-    }
-
     /// Cuts the bonds between points for which `apart` holds, either way round: a crack that is
     /// there from the start, given by the places of two points \[m\].
     pub fn sever(&mut self, apart: impl Fn(&Vec3, &Vec3) -> bool) {

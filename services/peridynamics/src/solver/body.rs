@@ -29,13 +29,9 @@ impl PressedBody for PressedDomain {
         (self.domain.places[id as usize], Mat3::zeros())
     }
 
-    fn speed_now(&self, id: u32) -> Vec3 {
-        self.domain.velocities[id as usize]
-    }
-
     /// Points without bonds are pushed on too.
-    fn bears(&self, _: u32) -> bool {
-        true
+    fn speed_now(&self, id: u32) -> Option<Vec3> {
+        self.domain.velocities.get(id as usize).copied()
     }
 
     fn kick(&mut self, id: u32, offset: &Vec3, impulse: &Vec3) {

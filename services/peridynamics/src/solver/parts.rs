@@ -121,6 +121,8 @@ impl Peridynamics {
         part.solid = shape.bent(&part.solid)?.0;
         part.volume = part.solid.mesh.signed_volume();
         part.hulls = convex_parts(&part.solid, HullSettings::default());
+        // They are where they were.
+        part.cracks.clear();
         Ok(true)
     }
 

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// What yields, most of it metal: at `yield_stress` + `hardening` αⁿ, α being its plastic strain
-/// and n `exponent`. It dents and bends where it is hit, and does not break unless it has `failure`.
+/// and n `exponent`. It dents and bends where it is hit, and breaks only where it has `failure`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plasticity {
@@ -26,8 +26,8 @@ pub struct Plasticity {
         extend("minimum" = 0.05, "maximum" = 1, "x-default" = "1, in proportion")
     )]
     pub exponent: Option<f64>,
-    /// C: how much more it bears at each e-fold of the strain rate over `reference_rate` \[1\]. Only
-    /// the family `ductile` goes by it.
+    /// C: how much more it bears at each e-fold of the strain rate over `reference_rate` \[1\].
+    /// Only the family `ductile` goes by it.
     #[serde(default)]
     #[schemars(
         schema_with = "unit::ratio",
@@ -49,6 +49,7 @@ pub struct Plasticity {
     /// opening that costs `fracture_energy`. Only the family `ductile` goes by it. Without it
     /// nothing tears.
     #[serde(default)]
+    #[schemars(extend("x-default" = "nothing tears"))]
     pub failure: Option<[f64; 5]>,
 }
 
@@ -57,13 +58,16 @@ pub struct Plasticity {
 #[serde(deny_unknown_fields)]
 pub struct HeatSoftening {
     /// T_m − T₀: how much warmer it is when it melts \[K\].
-    #[schemars(extend("minimum" = 1, "maximum" = 1e4))]
+    #[schemars(
+        schema_with = "unit::temperature_difference",
+        extend("minimum" = 1, "maximum" = 1e4)
+    )]
     pub melting: f64,
-    /// m \[1\].
+    /// m: how soon it softens on the way to melting \[1\].
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.05, "maximum" = 20))]
     pub exponent: f64,
-    /// Heat that a kilogram takes for each kelvin \[J/(kg K)\].
-    #[schemars(extend("minimum" = 1, "maximum" = 1e6))]
+    /// Heat that a kilogram takes for each kelvin \[J/(kg·K)\].
+    #[schemars(schema_with = "unit::heat_capacity", extend("minimum" = 1, "maximum" = 1e6))]
     pub heat_capacity: f64,
     /// Share of the plastic work that becomes heat \[1\].
     #[serde(default)]

@@ -51,6 +51,26 @@ impl Domain {
         let pairs = self.grid.nodes.velocity.iter_mut().zip(velocities);
         pairs.for_each(|(v, new)| *v = packed(*new));
     }
+
+    /// The points that hold together with a whole one, by number.
+    pub(crate) fn joined(&self, id: u32) -> impl Iterator<Item = u32> {
+        self.cracks.bonds.joined(id)
+    }
+
+    /// The neighbours of a point, whatever has become of it, by number.
+    pub(crate) fn neighbours(&self, id: u32) -> impl Iterator<Item = u32> {
+        self.cracks.bonds.others(id)
+    }
+
+    /// The neighbours, by number and ascending, of the points that broke in the last step.
+    pub(crate) fn laid_open(&self) -> Vec<u32> {
+        let pairs = self.particles.damage_time.iter().zip(&self.particles.id);
+        let broken = pairs.filter(|(time, _)| **time == self.time).map(|(_, &id)| id);
+        let mut found: Vec<u32> = broken.flat_map(|id| self.cracks.bonds.others(id)).collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
 }
 
 impl PressedBody for Domain {
@@ -63,12 +83,9 @@ impl PressedBody for Domain {
         (place + motion.displacement, motion.displacement_gradient)
     }
 
-    fn speed_now(&self, id: u32) -> Vec3 {
-        self.point(id).1.velocity
-    }
-
-    fn bears(&self, id: u32) -> bool {
-        !self.particles.eroded[self.slot(id)]
+    fn speed_now(&self, id: u32) -> Option<Vec3> {
+        let bears = !self.particles.eroded[self.slot(id)];
+        bears.then(|| self.point(id).1.velocity)
     }
 
     fn kick(&mut self, id: u32, offset: &Vec3, impulse: &Vec3) {
