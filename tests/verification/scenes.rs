@@ -196,7 +196,7 @@ fn plate() {
     let told = holds_in(&out, "plate");
     assert!(told.contains("for plate broken: ductile"), "{told}");
     let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
-    let part = recording.bodies.iter().filter(|body| body.object == "plate").next_back();
+    let part = recording.bodies.iter().rfind(|body| body.object == "plate");
     let solid = &recording.geometries[&part.expect("what is left").geometry];
     let mesh = Solid::try_from(solid).expect("a solid").mesh;
     let edges = 3 * mesh.triangles.len() / 2;

@@ -62,7 +62,7 @@ impl Carriers {
         shares(&self.near(place))
     }
 
-    /// The nearest point to a place that `may` says carries it; none within [`FAR`] cells.
+    /// The nearest point to a place that `may` says carries it; none within four cells.
     #[must_use]
     pub fn nearest(&self, place: &Vec3, may: impl Fn(usize) -> bool) -> Option<usize> {
         for reach in 1..=FAR {
