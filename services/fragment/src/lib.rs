@@ -19,5 +19,6 @@ pub mod pieces;
 pub mod press;
 pub mod pressed_body;
 pub mod region;
+pub mod reshaped;
 pub mod straightened;
 pub mod surface_particles;

@@ -5,10 +5,11 @@ use super::{Ductile, THINNEST};
 use cullet_fragment::carriers::Carriers;
 use cullet_fragment::motion;
 use cullet_fragment::press::PressShape;
+use cullet_fragment::reshaped::{Reshaped, reshaped};
 use cullet_fragment::straightened::Straightened;
 use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::shapes::refine_solid;
-use cullet_geometry::{Mat3, Sheet, Solid, Vec3};
+use cullet_geometry::{Mat3, Sheet, Vec3};
 use cullet_model::outcome::DELIVERED_IMPULSE;
 use cullet_model::{Deformation, Failure, Fragment, Fragmentation, Report, SolveOutcome, Solver};
 use rayon::prelude::*;
@@ -66,7 +67,7 @@ impl Ductile {
             dented = true;
             solid = torn.only().unwrap_or(solid);
         } else if dented {
-            let (bent, swollen) = self.bent(&straight)?;
+            let Reshaped { solid: bent, swollen } = self.bent(&straight)?;
             solid = bent;
             report = report.with("volume_change", "1", swollen);
             if swollen.abs() > SWOLLEN {
@@ -117,9 +118,9 @@ impl Ductile {
     }
 
     /// The solid where its points are now, as large as it was, and by which share it was larger.
-    fn bent(&self, straight: &Straightened) -> Result<(Solid, f64), Failure> {
+    fn bent(&self, straight: &Straightened) -> Result<Reshaped, Failure> {
         let spacing = self.domain.grid.spacing.max();
-        let mut solid = refine_solid(&self.problem.solid, FINE * spacing)
+        let solid = refine_solid(&self.problem.solid, FINE * spacing)
             .map_err(|error| Failure::Cut(error.to_string()))?;
         let places = &self.domain.particles.reference;
         let carriers = Carriers::new(places.clone(), spacing);
@@ -133,16 +134,10 @@ impl Ductile {
             }
             straight.place(&sum)
         };
-        solid.mesh.vertices = solid.mesh.vertices.par_iter().map(carry).collect();
-        let first = self.problem.solid.mesh.signed_volume();
-        let whole = solid.mesh.mass_properties();
-        if whole.volume <= 0.0 {
-            return Err(Failure::Cut("the new shape is turned inside out".to_owned()));
-        }
-        let scale = libm::cbrt(first / whole.volume);
-        let centre = whole.centroid;
-        solid.mesh.vertices.iter_mut().for_each(|x| *x = centre + (*x - centre) * scale);
-        Ok((solid, whole.volume / first - 1.0))
+        let now = solid.mesh.vertices.par_iter().map(carry).collect();
+        let volume = self.problem.solid.mesh.signed_volume();
+        reshaped(solid, now, volume)
+            .ok_or_else(|| Failure::Cut("the new shape is turned inside out".to_owned()))
     }
 
     /// What is known before the first step.
@@ -183,6 +178,7 @@ impl Ductile {
         .with("plastic_work", "J", self.record.plastic)
         .with("torn_points", "1", f64::from(self.record.broken))
         .with("energy_of_tears", "J", self.record.torn)
+        .with("energy_of_collisions", "J", self.record.collided)
         .with("vibration", "J", self.settling.taken())
         .with("energy_balance", "1", 1.0 + self.record.energy_off)
         .with("energy_of_crushed_contact", "J", crushed);
@@ -196,6 +192,13 @@ impl Ductile {
                  body at rest do not hold (F103)",
                 1.0 / self.record.thinnest.sqrt(),
                 1.0 / THINNEST.sqrt()
+            ));
+        }
+        if self.record.shredded > 0 {
+            report.warnings.push(format!(
+                "{} of {} torn points were drawn out farther than the grid follows: they tore for \
+                 that, whatever their law",
+                self.record.shredded, self.record.broken
             ));
         }
         if self.record.crushed > 0 {

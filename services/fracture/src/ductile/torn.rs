@@ -12,6 +12,7 @@ use cullet_fragment::carriers::Carriers;
 use cullet_fragment::cut::{self, CutPart, CutSettings, OpenCrack, slit};
 use cullet_fragment::finish::{Finish, FinishedParts, FragmentMotion};
 use cullet_fragment::pieces::Pieces;
+use cullet_fragment::reshaped::reshaped;
 use cullet_fragment::straightened::Straightened;
 use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::midsurface::vertex_normals;
@@ -129,21 +130,15 @@ impl<'a> TornShape<'a> {
         volume: f64,
         own: &(impl Fn(usize) -> bool + Sync),
     ) -> Result<Option<Solid>, Failure> {
-        let (first, spacing) = (solid, self.solve.domain.grid.spacing.max());
-        let mut solid =
-            refine_solid(first, FINE * spacing).map_err(|error| Failure::Cut(error.to_string()))?;
+        let spacing = self.solve.domain.grid.spacing.max();
+        let solid =
+            refine_solid(solid, FINE * spacing).map_err(|error| Failure::Cut(error.to_string()))?;
         let normals = vertex_normals(&solid.mesh);
         let pairs = solid.mesh.vertices.par_iter().zip(&normals);
         let moved: Option<Vec<Vec3>> = pairs.map(|(x, out)| self.place(x, out, own)).collect();
         let Some(moved) = moved else { return Ok(None) };
-        solid.mesh.vertices = moved;
-        let whole = solid.mesh.mass_properties();
-        if (whole.volume / volume - 1.0).abs() > FOLDED {
-            return Ok(None);
-        }
-        let (scale, centre) = (libm::cbrt(volume / whole.volume), whole.centroid);
-        solid.mesh.vertices.iter_mut().for_each(|x| *x = centre + (*x - centre) * scale);
-        Ok(Some(solid))
+        let found = reshaped(solid, moved, volume).filter(|it| it.swollen.abs() <= FOLDED);
+        Ok(found.map(|it| it.solid))
     }
 
     /// A solid in the shape that it had, where its own points have taken it.

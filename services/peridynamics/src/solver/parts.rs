@@ -118,7 +118,7 @@ impl Peridynamics {
         let Some(shape) = shape.filter(|it| it.moved > LEAST_MOVE * self.setup.spacing) else {
             return Ok(false);
         };
-        part.solid = shape.bent(&part.solid)?.0;
+        part.solid = shape.bent(&part.solid)?.solid;
         part.volume = part.solid.mesh.signed_volume();
         part.hulls = convex_parts(&part.solid, HullSettings::default());
         // They are where they were.

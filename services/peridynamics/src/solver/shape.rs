@@ -5,6 +5,7 @@ use super::{NO_CHANGE, Peridynamics};
 use crate::solver::body::PressedDomain;
 use cullet_fragment::carriers::Carriers;
 use cullet_fragment::motion;
+use cullet_fragment::reshaped::{Reshaped, reshaped};
 use cullet_fragment::straightened::Straightened;
 use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::shapes::refine_solid;
@@ -60,9 +61,9 @@ impl CarriedShape {
     }
 
     /// A solid where its points are now, as large as it was, and by which share it was larger.
-    pub(super) fn bent(&self, solid: &Solid) -> Result<(Solid, f64), Failure> {
-        let first = solid.mesh.signed_volume();
-        let mut solid = refine_solid(solid, FINE * self.spacing)
+    pub(super) fn bent(&self, solid: &Solid) -> Result<Reshaped, Failure> {
+        let volume = solid.mesh.signed_volume();
+        let solid = refine_solid(solid, FINE * self.spacing)
             .map_err(|error| Failure::Cut(error.to_string()))?;
         let carry = |vertex: &Vec3| {
             let shares = self.carriers.shares(vertex).into_iter();
@@ -71,15 +72,9 @@ impl CarriedShape {
             });
             self.straight.place(&now.sum())
         };
-        solid.mesh.vertices = solid.mesh.vertices.par_iter().map(carry).collect();
-        let whole = solid.mesh.mass_properties();
-        if whole.volume <= 0.0 {
-            return Err(Failure::Cut("the new shape is turned inside out".to_owned()));
-        }
-        let scale = libm::cbrt(first / whole.volume);
-        let centre = whole.centroid;
-        solid.mesh.vertices.iter_mut().for_each(|x| *x = centre + (*x - centre) * scale);
-        Ok((solid, whole.volume / first - 1.0))
+        let now = solid.mesh.vertices.par_iter().map(carry).collect();
+        reshaped(solid, now, volume)
+            .ok_or_else(|| Failure::Cut("the new shape is turned inside out".to_owned()))
     }
 }
 
@@ -125,7 +120,7 @@ impl Peridynamics {
         let dented = self.is_dented() && moved > LEAST_MOVE * self.setup.spacing;
         let mut solid = (*self.problem.solid).clone();
         if let Some(shape) = shape.filter(|_| dented) {
-            let (bent, swollen) = shape.bent(&solid)?;
+            let Reshaped { solid: bent, swollen } = shape.bent(&solid)?;
             solid = bent;
             report = report.with("volume_change", "1", swollen);
             if swollen.abs() > SWOLLEN {

@@ -4,7 +4,7 @@ use super::{Ductile, end};
 use cullet_geometry::{Solid, TriMesh, Vec3, shapes};
 use cullet_model::{
     BodyShape, BrittleProblem, DuctileFailure, Fragmentation, Hardening, Impact, JohnsonCook, Law,
-    Material, Problem, Settings, SolveOutcome,
+    Material, Problem, Settings, SolveOutcome, Solver, Support,
 };
 use cullet_simd::SimdLevel;
 use std::collections::BTreeSet;
@@ -79,6 +79,10 @@ fn a_fast_ball_pierces_a_plate() {
     let found = pierced(SimdLevel::best());
     let plate = &found.fragments[0].solid.mesh;
     assert_eq!(euler(plate), 0, "one hole");
+    // It lies where it was, and what flew drew nothing of it along.
+    let (low, high) = plate.bounds().expect("a plate");
+    let size = high.sup(&-low);
+    assert!(size.x < 0.026 && size.y < 0.026 && size.z < 0.012, "{size}");
     let volume = 0.05 * 0.05 * 0.009;
     let parts = found.fragments.iter().map(|it| it.solid.mesh.signed_volume());
     let all = parts.sum::<f64>() + found.debris.iter().map(|it| it.volume).sum::<f64>();
@@ -101,4 +105,16 @@ fn a_fast_ball_pierces_a_plate() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");
     let other = *SimdLevel::all().last().expect("a level");
     assert_eq!(pool.install(|| pierced(other)), found);
+}
+
+/// What tears over a support is pressed on both sides.
+#[test]
+fn a_plate_tears_over_its_support() {
+    let mut problem = plate(500.0);
+    let (point, normal) = (Vec3::new(0.0, 0.0, -0.0045), Vec3::z());
+    problem.supports = vec![Support { point, normal, radius: 0.03, mobility: 0.0 }];
+    let found = end(Ductile::begin(problem).expect("accepted"));
+    let detail = |name| found.report().detail(name).expect("told");
+    assert!(detail("torn_points") > 50.0, "{:#?}", found.report());
+    assert!((detail("energy_balance") - 1.0).abs() < 0.05, "{:#?}", found.report());
 }
