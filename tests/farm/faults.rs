@@ -289,8 +289,8 @@ fn shell(line: &str) {
     assert!(status.success(), "{line}");
 }
 
-/// The scene is a named pipe: once the process has opened it, what it starts as workers can be put
-/// in the place of its own program.
+/// The program is taken from under the process as it starts: whether it asks before that or after
+/// where it lies, what it then starts as workers is gone, or is another program.
 #[test]
 fn a_pool_whose_workers_cannot_live_ends_aloud() {
     let _left = common::left::NobodyLeft::watch();
@@ -299,15 +299,17 @@ fn a_pool_whose_workers_cannot_live_ends_aloud() {
     let program = folder.join("cullet");
     let run = |worker: Option<&str>| {
         shell(&format!("cp '{}' '{}'", env!("CARGO_BIN_EXE_cullet"), program.display()));
-        if let Some(worker) = worker {
-            let place = folder.join("cullet (deleted)");
-            let place = place.display();
+        let other = ["cullet (deleted)", "other"].map(|name| folder.join(name));
+        for place in other.iter().filter(|_| worker.is_some()) {
+            let (worker, place) = (worker.unwrap_or_default(), place.display());
             shell(&format!("printf '%s' '{worker}' >'{place}' && chmod 755 '{place}'"));
         }
         let call = Cullet::of(&program, &["run", "-q", "--out"]).path(&folder.join("own"));
         let mut run = call.args(&[&corpus("drop.toml")]).spawn();
-        // It has been loaded, and has yet to read its scene and to ask where it lies.
-        fs::remove_file(&program).expect("the copy goes");
+        match worker {
+            Some(_) => fs::rename(&other[1], &program).expect("another program in its place"),
+            None => fs::remove_file(&program).expect("the copy goes"),
+        }
         (run.wait(Duration::from_secs(60)), run.stderr())
     };
     let (code, stderr) = run(None);

@@ -92,7 +92,7 @@ fn make_body(
     old: &Body,
     motion: &Motion,
     new: &Reshape,
-) -> Result<Reshaped, ReplaceError> {
+) -> Result<Remade, ReplaceError> {
     let mass = new.solid.mesh.mass_properties();
     let centre = mass.centroid;
     let mut solid = new.solid.clone();
@@ -128,13 +128,13 @@ fn make_body(
     let shape = Shape::new(&body, &spec.hulls, fit).map_err(|BadPart { index, why }| {
         WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }
     })?;
-    Ok(Reshaped { body, shape, pose: spec.pose })
+    Ok(Remade { body, shape, pose: spec.pose })
 }
 
 /// Puts a body's new shape in the place of the old one, with that velocity \[m/s\] and spin
 /// \[rad/s\].
-fn put_shape(world: &mut WorldState, id: BodyId, made: Reshaped, (velocity, spin): (Vec3, Vec3)) {
-    let Reshaped { body, shape, pose } = made;
+fn put_shape(world: &mut WorldState, id: BodyId, made: Remade, (velocity, spin): (Vec3, Vec3)) {
+    let Remade { body, shape, pose } = made;
     world.rigid.remove(id.0);
     world.episodes.forget(id.0);
     world.settling.end(id.0);
@@ -150,7 +150,7 @@ fn reshape_fixed(
     id: BodyId,
     old: &Body,
     hits: &[Hit],
-    made: Reshaped,
+    made: Remade,
     work: f64,
 ) -> Result<Replacement, ReplaceError> {
     let available = remaining_budgets(world, id.0, hits).iter().sum::<f64>().max(0.0);
@@ -178,7 +178,7 @@ fn as_reshaped(now: &Part, inertia: &Mat3) -> Part {
 }
 
 /// A body in its new shape, and where it is.
-struct Reshaped {
+struct Remade {
     body: Body,
     shape: Shape,
     pose: Pose,
