@@ -6,40 +6,61 @@ use common::{Cullet, corpus, summary, unique};
 use cullet_geometry::Solid;
 use cullet_record::Recording;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// Runs a shipped scene into a folder; its own expectations decide the exit code, the ledger is
-/// looked at here. Returns what happened, a line an event.
-fn holds_in(out: &Path, name: &str) -> String {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
-    let run = Cullet::new(&["run", "-q", "--out"]).path(out).path(&scene).output();
-    assert_eq!(run.code, 0, "{name}: {}", run.stderr);
-    let told = summary(out);
-    assert_eq!(told["open_fragments"], 0, "{told:#}");
-    assert_eq!(told["jobs"]["opened"], told["jobs"]["settled"], "{told:#}");
-    assert_eq!(told["jobs"]["failed"], 0, "{told:#}");
-    let bounds = [
-        ("mass_rel_error", 1e-9),
-        ("volume_rel_error", 1e-9),
-        ("momentum_rel_error", 1e-9),
-        ("angular_momentum_rel_error", 1e-9),
-        ("energy_gain_rel", 1e-9),
-    ];
-    for (key, bound) in bounds {
-        let value = told["ledger"][key].as_f64().expect("a number");
-        assert!(value <= bound, "{name}: {key} is {value}");
+/// A run of a shipped scene.
+struct Shown {
+    /// What happened, a line an event.
+    told: String,
+    folder: PathBuf,
+    /// Whether the folder is left for others, who asked for the runs of all scenes.
+    left: bool,
+}
+
+impl Shown {
+    /// Runs a scene; its own expectations decide the exit code, the ledger is looked at here.
+    fn of(name: &str) -> Self {
+        let runs = std::env::var_os("CULLET_SCENE_RUNS");
+        let folder = runs.as_ref().map_or_else(|| unique(name), |runs| Path::new(runs).join(name));
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+        let run = Cullet::new(&["run", "-q", "--out"]).path(&folder).path(&scene).output();
+        assert_eq!(run.code, 0, "{name}: {}", run.stderr);
+        let told = summary(&folder);
+        assert_eq!(told["open_fragments"], 0, "{told:#}");
+        assert_eq!(told["jobs"]["opened"], told["jobs"]["settled"], "{told:#}");
+        assert_eq!(told["jobs"]["failed"], 0, "{told:#}");
+        let bounds = [
+            ("mass_rel_error", 1e-9),
+            ("volume_rel_error", 1e-9),
+            ("momentum_rel_error", 1e-9),
+            ("angular_momentum_rel_error", 1e-9),
+            ("energy_gain_rel", 1e-9),
+        ];
+        for (key, bound) in bounds {
+            let value = told["ledger"][key].as_f64().expect("a number");
+            assert!(value <= bound, "{name}: {key} is {value}");
+        }
+        let inspect = Cullet::new(&["inspect"]).path(&folder.join("run.mcap")).output();
+        assert_eq!(inspect.code, 0, "{name}: {}", inspect.stderr);
+        Self { told: inspect.stdout.clone(), folder, left: runs.is_some() }
     }
-    let inspect = Cullet::new(&["inspect"]).path(&out.join("run.mcap")).output();
-    assert_eq!(inspect.code, 0, "{name}: {}", inspect.stderr);
-    inspect.stdout
+
+    fn recording(&self) -> Recording {
+        Recording::open(&self.folder.join("run.mcap")).expect("a recording")
+    }
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        if !self.left {
+            std::fs::remove_dir_all(&self.folder).ok();
+        }
+    }
 }
 
 fn holds(name: &str) -> String {
-    let out = unique(name);
-    let told = holds_in(&out, name);
-    std::fs::remove_dir_all(&out).ok();
-    told
+    Shown::of(name).told.clone()
 }
 
 #[test]
@@ -76,11 +97,8 @@ fn column() {
 fn the_pane() -> &'static (String, Recording) {
     static PANE: OnceLock<(String, Recording)> = OnceLock::new();
     PANE.get_or_init(|| {
-        let out = unique("pane");
-        let told = holds_in(&out, "pane");
-        let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
-        std::fs::remove_dir_all(&out).ok();
-        (told, recording)
+        let shown = Shown::of("pane");
+        (shown.told.clone(), shown.recording())
     })
 }
 
@@ -119,11 +137,10 @@ fn windscreen() {
 /// The brick goes through it, and most of what it leaves is solved.
 #[test]
 fn window() {
-    let out = unique("window");
-    let told = holds_in(&out, "window");
+    let shown = Shown::of("window");
+    let told = &shown.told;
     assert!(told.contains("for pane broken: shell"), "{told}");
-    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
-    std::fs::remove_dir_all(&out).ok();
+    let recording = shown.recording();
     let along = parts_along(&recording, "brick", 1);
     let (first, last) = (along[0][0].1, along.last().expect("a step")[0].1);
     assert!(first < -0.1 && last > 0.5, "the brick went from {first} m to {last} m");
@@ -140,10 +157,10 @@ fn egg() {
 /// Its dent is deeper than ten times its thickness, and stays.
 #[test]
 fn lid() {
-    let out = unique("lid");
-    let told = holds_in(&out, "lid");
+    let shown = Shown::of("lid");
+    let told = &shown.told;
     assert!(told.contains("for lid deformed: shell"), "{told}");
-    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let recording = shown.recording();
     let lid = recording.bodies.iter().find(|body| body.object == "lid").expect("a lid");
     let height = |geometry: &[u8]| {
         let solid = Solid::try_from(&recording.geometries[geometry]).expect("a solid");
@@ -159,10 +176,10 @@ fn lid() {
 /// Both dents are in the upper face, as deep as what made them was fast.
 #[test]
 fn dent() {
-    let out = unique("dent");
-    let told = holds_in(&out, "dent");
+    let shown = Shown::of("dent");
+    let told = &shown.told;
     assert!(told.contains("for block deformed: ductile"), "{told}");
-    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let recording = shown.recording();
     let last = recording.poses.last().expect("a step").step;
     let block = recording.bodies.iter().find(|body| body.object == "block").expect("a block");
     let geometry = recording.geometry_of(block.id, last).expect("a geometry");
@@ -192,10 +209,10 @@ fn lead_soldier() {
 /// The plate is left with a hole, and the ball has gone through it.
 #[test]
 fn plate() {
-    let out = unique("plate");
-    let told = holds_in(&out, "plate");
+    let shown = Shown::of("plate");
+    let told = &shown.told;
     assert!(told.contains("for plate broken: ductile"), "{told}");
-    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let recording = shown.recording();
     let part = recording.bodies.iter().rfind(|body| body.object == "plate");
     let solid = &recording.geometries[&part.expect("what is left").geometry];
     let mesh = Solid::try_from(solid).expect("a solid").mesh;
@@ -213,9 +230,8 @@ fn plate() {
 /// The faster one is flatter.
 #[test]
 fn clay() {
-    let out = unique("clay");
-    holds_in(&out, "clay");
-    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let shown = Shown::of("clay");
+    let recording = shown.recording();
     let last = recording.poses.last().expect("a step").step;
     let least = |name: &str| {
         let ball = recording.bodies.iter().find(|body| body.object == name).expect("a ball");
