@@ -12,7 +12,7 @@ fn table() -> String {
 fn modes() -> impl Iterator<Item = u32> {
     let shells = [60, 63, 64, 65, 68, 69, 71, 72, 96, 97, 99, 100];
     let shells = shells.into_iter().chain(79..=82).chain(84..=87);
-    (1..=43).chain(73..=78).chain(shells)
+    (1..=52).chain(73..=78).chain(shells)
 }
 
 /// The items of a mode: from its head to the next head or heading.

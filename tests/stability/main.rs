@@ -5,6 +5,7 @@
 mod atlas;
 #[path = "../../services/world/tests/fast/common/mod.rs"]
 mod bodies;
+mod bonds;
 mod cloud;
 mod corpus;
 mod crack;

@@ -7,6 +7,9 @@ use cullet_model::{Report, Solver};
 /// How far the energy may be from what was given before it is worth a word \[1\].
 const LEDGER: f64 = 0.01;
 
+/// Share of points at edges and in thin places that needs no word \[1\].
+const LOOSE: f64 = 0.5;
+
 /// Stress at which bonds break over the strength of the material that needs no word \[1\].
 const STRENGTH: std::ops::Range<f64> = 0.7..1.4;
 
@@ -28,6 +31,7 @@ impl Peridynamics {
         let strain = domain.states.iter().map(|state| state.plastic).fold(0.0, f64::max);
         let points = domain.states.len() as f64;
         let damaged = domain.states.iter().filter(|state| state.damage > 0.5).count() as f64;
+        let loose = domain.bonds.loose as f64;
         let mut report = Report {
             solver: Self::NAME.to_owned(),
             spacing: 2.0 * self.setup.spacing,
@@ -41,6 +45,7 @@ impl Peridynamics {
         .with(DELIVERED_IMPULSE, "N·s", delivered)
         .with(DAMAGED_FRACTION, "1", damaged / points)
         .with("bonds", "1", domain.bonds.count() as f64)
+        .with("points_with_loose_bonds", "1", loose)
         .with("plastic_work", "J", record.plastic)
         .with("breaking_work", "J", record.broken)
         .with("damping", "J", record.damped)
@@ -51,6 +56,12 @@ impl Peridynamics {
         let off = record.energy_off;
         if off.abs() > LEDGER {
             report.warnings.push(format!("energy is off by {off:+.3} of what the hits had"));
+        }
+        if loose > LOOSE * points {
+            report.warnings.push(format!(
+                "no weights make the bonds of {loose} of {points} points bear alike in all \
+                 directions: edges and thin places are too soft"
+            ));
         }
         if self.bonds.breaks {
             let stretch = domain.critical;
