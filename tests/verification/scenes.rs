@@ -173,6 +173,26 @@ fn lid() {
     assert!(last > 11.0 * first && last < 60.0 * first, "{first} m, {last} m");
 }
 
+/// The dent in its side is a third of its radius deep; the wall is 33 mm from its axis before.
+#[test]
+fn can() {
+    let out = unique("can");
+    let told = holds_in(&out, "can");
+    assert!(told.contains("for can deformed: shell"), "{told}");
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    std::fs::remove_dir_all(&out).ok();
+    let last = recording.poses.last().expect("a step").step;
+    let can = recording.bodies.iter().find(|body| body.object == "can").expect("a can");
+    let least = |geometry: &[u8]| {
+        let mesh = Solid::try_from(&recording.geometries[geometry]).expect("a solid").mesh;
+        let side = mesh.vertices.iter().filter(|v| v.z.abs() < 0.03);
+        side.map(|v| v.x.hypot(v.y)).fold(f64::INFINITY, f64::min)
+    };
+    let first = least(&can.geometry);
+    let last = least(recording.geometry_of(can.id, last).expect("a geometry"));
+    assert!(first > 0.032 && last > 0.01 && last < 0.025, "{first} m, {last} m");
+}
+
 /// Both dents are in the upper face, as deep as what made them was fast.
 #[test]
 fn dent() {

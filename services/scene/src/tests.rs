@@ -13,7 +13,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 21] = [
+const SHIPPED: [&str; 22] = [
     "pot",
     "four-shapes",
     "bullet",
@@ -27,6 +27,7 @@ const SHIPPED: [&str; 21] = [
     "shower",
     "windscreen",
     "lid",
+    "can",
     "dent",
     "lead-soldier",
     "clay",
