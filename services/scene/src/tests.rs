@@ -13,7 +13,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 22] = [
+const SHIPPED: [&str; 23] = [
     "pot",
     "four-shapes",
     "bullet",
@@ -28,6 +28,7 @@ const SHIPPED: [&str; 22] = [
     "windscreen",
     "lid",
     "can",
+    "bell",
     "dent",
     "lead-soldier",
     "clay",
