@@ -287,6 +287,26 @@ fn clay() {
     assert!(slow < 0.07 && fast < 0.85 * slow, "{slow} m, {fast} m");
 }
 
+/// It was as high as wide, and is far wider than high.
+#[test]
+fn clay_pot() {
+    let out = unique("clay-pot");
+    let told = holds_in(&out, "clay-pot");
+    assert!(told.contains("for pot deformed: ductile"), "{told}");
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let last = recording.poses.last().expect("a step").step;
+    let pot = recording.bodies.iter().find(|body| body.object == "pot").expect("a pot");
+    let sizes = |geometry: &[u8]| {
+        let solid = Solid::try_from(&recording.geometries[geometry]).expect("a solid");
+        let (low, high) = solid.mesh.bounds().expect("a mesh");
+        (high.x - low.x, high.y - low.y)
+    };
+    let (wide, high) = sizes(&pot.geometry);
+    assert!((wide - high).abs() < 1e-3, "{wide} m, {high} m");
+    let (wide, high) = sizes(recording.geometry_of(pot.id, last).expect("a geometry"));
+    assert!(wide > 0.145 && high < 0.7 * wide, "{wide} m, {high} m");
+}
+
 #[test]
 fn pane() {
     let (told, _) = the_pane();

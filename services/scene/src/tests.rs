@@ -32,6 +32,7 @@ const SHIPPED: [&str; 23] = [
     "dent",
     "lead-soldier",
     "clay",
+    "clay-pot",
     "plate",
     "panels",
     "window",
