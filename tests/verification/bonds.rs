@@ -22,6 +22,19 @@ fn bonds_turn_without_stress_and_pass_waves_on() {
     assert!(value(&told[0], "energy drift").abs() < 1e-3);
 }
 
+/// Bonds stretch a bar of eight rows as they must; bent and twisted its edges are soft.
+#[test]
+fn bonds_stretch_bend_and_twist_a_bar() {
+    hold(&["c9-stretch"], &["--set", "frames=1"]);
+    for (name, metric, due, slack) in
+        [("c10-bend", "sag", -2.025e-5, 0.1), ("c12-twist", "twist", 2.3119e-3, 0.06)]
+    {
+        let told = metrics(name, &BONDS);
+        let over = value(&told[0], metric) / due;
+        assert!((1.0..1.0 + slack).contains(&over), "{name}: {over}");
+    }
+}
+
 /// Prandtl's pressure under a strip, whatever the horizon; a wide one needs more rows.
 #[test]
 fn bonds_dent_as_prandtl_says() {

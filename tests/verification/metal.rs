@@ -6,3 +6,9 @@ use super::specimens::hold;
 fn metal_flows_as_it_must() {
     hold(&["c6-bar", "t1-taylor", "t2-punch"]);
 }
+
+/// Far below its yield stress, by couples and forces at the ends.
+#[test]
+fn a_bar_stretches_bends_and_twists_as_it_must() {
+    hold(&["c9-stretch", "c10-bend", "c12-twist"]);
+}
