@@ -176,11 +176,10 @@ fn lid() {
 /// The dent in its side is a third of its radius deep; the wall is 33 mm from its axis before.
 #[test]
 fn can() {
-    let out = unique("can");
-    let told = holds_in(&out, "can");
+    let shown = Shown::of("can");
+    let told = &shown.told;
     assert!(told.contains("for can deformed: shell"), "{told}");
-    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
-    std::fs::remove_dir_all(&out).ok();
+    let recording = shown.recording();
     let last = recording.poses.last().expect("a step").step;
     let can = recording.bodies.iter().find(|body| body.object == "can").expect("a can");
     let least = |geometry: &[u8]| {
@@ -196,13 +195,12 @@ fn can() {
 /// A tap is too slow for a solve, and the recording says why; the other has a dent in its crown.
 #[test]
 fn bell() {
-    let out = unique("bell");
-    let told = holds_in(&out, "bell");
+    let shown = Shown::of("bell");
+    let told = &shown.told;
     assert!(told.contains("rung cannot break: the stress reaches"), "{told}");
     assert!(!told.contains("opened for rung"), "{told}");
     assert!(told.contains("for dented deformed: shell"), "{told}");
-    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
-    std::fs::remove_dir_all(&out).ok();
+    let recording = shown.recording();
     let last = recording.poses.last().expect("a step").step;
     let depth = |name: &str| {
         let bell = recording.bodies.iter().find(|body| body.object == name).expect("a bell");
@@ -290,10 +288,10 @@ fn clay() {
 /// It was as high as wide, and is far wider than high.
 #[test]
 fn clay_pot() {
-    let out = unique("clay-pot");
-    let told = holds_in(&out, "clay-pot");
+    let shown = Shown::of("clay-pot");
+    let told = &shown.told;
     assert!(told.contains("for pot deformed: ductile"), "{told}");
-    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let recording = shown.recording();
     let last = recording.poses.last().expect("a step").step;
     let pot = recording.bodies.iter().find(|body| body.object == "pot").expect("a pot");
     let sizes = |geometry: &[u8]| {

@@ -5,8 +5,9 @@
 pub enum Refusal {
     /// A section is thinner than the grid can bend (F14).
     #[error(
-        "too thin: the body is {thickness:.3e} m thick, {cells:.2} cells; \
-         at least {minimum} are needed"
+        "too thin: the body is {thickness:.3e} m thick, {:.2} cells; \
+         at least {minimum} are needed",
+        (cells * 100.0).floor() / 100.0
     )]
     TooThin {
         /// Typical thickness \[m\].

@@ -57,6 +57,20 @@ fn cases() -> Vec<Case> {
     cases
 }
 
+/// Sizes of examples of the paper's Table 1, as cubes: points along an edge and the horizon with
+/// which they have as many points and bonds.
+fn paper() -> Vec<Case> {
+    let of = |does, edge, horizon| Case { does, edge, horizon, level: 0, threads: 1 };
+    vec![
+        of(Does::MayBreak, 67, 3.42),
+        of(Does::Yields, 67, 3.42),
+        of(Does::Swings, 75, 3.55),
+        of(Does::Swings, 28, 2.5),
+        of(Does::Swings, 36, 3.45),
+        of(Does::Swings, 54, 3.2),
+    ]
+}
+
 fn main() {
     divan::main();
 }
@@ -89,9 +103,13 @@ fn cube(case: &Case) -> PeridynamicDomain {
     body
 }
 
-/// Ten steps of a body that is led by the hand: whatever the forces, it strains on.
 #[divan::bench(args = cases(), sample_count = 10, sample_size = 1)]
 fn steps(bencher: Bencher<'_, '_>, case: &Case) {
+    run(bencher, case);
+}
+
+/// Four steps of a body that is led by the hand: whatever the forces, it strains on.
+fn run(bencher: Bencher<'_, '_>, case: &Case) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(case.threads).build().expect("a pool");
     let mut body = cube(case);
     let led = body.velocities.clone();
@@ -99,4 +117,10 @@ fn steps(bencher: Bencher<'_, '_>, case: &Case) {
     bencher.counter(ItemsCount::new(body.bonds.count() * 4)).bench_local(|| {
         pool.install(|| (0..4).map(|_| body.advance(dt, |p, _| led[p]).yielding).sum::<usize>())
     });
+}
+
+/// Four steps at the paper's sizes.
+#[divan::bench(args = paper(), sample_count = 5, sample_size = 1)]
+fn paper_sizes(bencher: Bencher<'_, '_>, case: &Case) {
+    run(bencher, case);
 }

@@ -200,8 +200,8 @@ fn metal(
     Decision::Solve(Box::new(SolveOrder {
         family: family.to_owned(),
         named: policy.family == Some(family),
-        // What flows beyond what bonds hold for is a dent of the other family.
-        fallback: bonded.then_some(family::DUCTILE),
+        // What bonds do not hold for and what is no wall after all is solid metal.
+        fallback: (family != family::DUCTILE).then_some(family::DUCTILE),
         reasons: [Some(reason), other, held].into_iter().flatten().collect(),
         refinement: Refinement::default(),
         supports,

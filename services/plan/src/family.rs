@@ -54,7 +54,7 @@ pub const FAMILIES: &[FamilyPlan] = &[
     FamilyPlan {
         name: SHELL,
         about: "Bending and cracks of thin plates and curved walls, on their midsurface; \
-                `geometric` takes over where it declines.",
+                where it declines, `ductile` takes over what yields, `geometric` what does not.",
         fallback: Some(SAMPLED),
         planned: false,
     },

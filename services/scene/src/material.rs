@@ -290,7 +290,9 @@ impl SceneMaterial {
         let mut doubts = Vec::new();
         let toughness = (self.young * self.fracture_energy).sqrt();
         let (low, high) = TOUGHNESS;
-        if self.breakable && !(low..=high).contains(&toughness) {
+        // What flows is not torn by its toughness.
+        let cracks = self.breakable && self.plasticity.is_none();
+        if cracks && !(low..=high).contains(&toughness) {
             doubts.push((
                 "fracture_energy",
                 format!(

@@ -13,7 +13,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 23] = [
+const SHIPPED: [&str; 24] = [
     "pot",
     "four-shapes",
     "bullet",

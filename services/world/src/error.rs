@@ -160,11 +160,11 @@ pub enum ReplaceError {
     },
     /// The motion of the pair cannot pay for the crack (F41).
     #[error(
-        "unaffordable: the crack costs {fracture_energy:.6e} J; \
+        "unaffordable: cracks and flow cost {fracture_energy:.6e} J; \
          of {available:.6e} J in the pair's motion at most {payable:.6e} J can be freed"
     )]
     Unaffordable {
-        /// G_f times the crack area \[J\].
+        /// G_f times the crack area, or the work of flow \[J\].
         fracture_energy: f64,
         /// Kinetic energy of the pair before the hit \[J\].
         available: f64,

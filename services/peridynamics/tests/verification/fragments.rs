@@ -1,4 +1,4 @@
-//! What parts of a broken body do: they fly off. That they touch and rub is in the suite of failures.
+//! What parts of a broken body do: they fly off. How they touch is in the stability suite.
 
 use crate::block;
 use cullet_geometry::Vec3;
