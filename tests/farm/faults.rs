@@ -289,8 +289,8 @@ fn shell(line: &str) {
     assert!(status.success(), "{line}");
 }
 
-/// The program is taken from under the process as it starts: whether it asks before that or after
-/// where it lies, what it then starts as workers is gone, or is another program.
+/// The program is removed or replaced while the process starts. Whether the process asks for its
+/// own path before or after that, its workers' program is missing or is another one.
 #[test]
 fn a_pool_whose_workers_cannot_live_ends_aloud() {
     let _left = common::left::NobodyLeft::watch();

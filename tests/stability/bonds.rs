@@ -135,8 +135,9 @@ fn f46_neighbours_at_the_horizon_change_nothing() {
     assert!(fires(integral), "{integral:?}");
 }
 
-/// F47: a point at a face has half of the bonds, and with a constant from inside bears half. With
-/// weights fitted to it, it bears all; at corners, which no weights fit, less than half is missing.
+/// F47: a point at a face has half of the bonds, and with a constant from inside bears 0.6 of what
+/// is due. With weights fitted to it, it bears all; at corners, which no weights fit, less than
+/// half is missing.
 #[test]
 fn f47_faces_are_as_stiff_as_the_inside() {
     let fires = |share: f64| !(0.95..1.05).contains(&share);
@@ -152,8 +153,7 @@ fn f47_faces_are_as_stiff_as_the_inside() {
 }
 
 /// F48: what yields ends on the surface, and nothing flows under pressure. The paper's return of
-/// each bond leaves 0.6 of the limit from 1.2 of it where ω is 1.5, and takes a part of what only
-/// grows evenly for a change of shape.
+/// each bond leaves 0.6 of the limit from 1.2 of it where ω is 1.5.
 #[test]
 fn f48_what_yields_ends_on_the_surface_and_pressure_does_not_flow() {
     let hardening = Hardening { yield_stress: 100e6, hardening: 0.0, exponent: 1.0 };
@@ -164,9 +164,10 @@ fn f48_what_yields_ends_on_the_surface_and_pressure_does_not_flow() {
     let found = law.yields(deviation, 0.0).expect("it yields");
     let borne = law.equivalent_stress(found.left * found.left * deviation);
     assert!(!off(borne / hardening.yield_stress), "{borne}");
-    let (limit, trial, omega) = (1.0, 1.2, 1.5);
-    let paper: f64 = limit - (2.0 * omega - 1.0) * (trial - limit);
-    assert!(off(paper), "{paper}");
+    // The paper's return with ω = 1.5, from 1.2 of the limit: 1 − (2ω − 1)·0.2 of it.
+    let left: f64 = 0.6 / 1.2;
+    let faulty = law.equivalent_stress(left * left * deviation);
+    assert!(off(faulty / hardening.yield_stress), "{faulty}");
     let mut body = bonded(points([9; 3], 0.1), 3.015, law);
     let pressed = 1.0 - 10.0 * hardening.yield_stress / (3.0 * law.bulk);
     stretch(&mut body, Vec3::repeat(pressed));
@@ -174,10 +175,6 @@ fn f48_what_yields_ends_on_the_surface_and_pressure_does_not_flow() {
         body.states.iter().map(|state| state.plastic).fold(0.0, f64::max)
     };
     assert_eq!(most(&body), 0.0);
-    // e − δθ/4 of even growth e = θl/3, over e, at a third of the horizon.
-    let (theta, length): (f64, f64) = (1e-3, 1.0 / 3.0);
-    let own = theta * length / 3.0;
-    assert!((own - theta / 4.0).abs() > 0.5 * own, "no change of shape in even growth");
     stretch(&mut body, Vec3::new(1.01, 0.995, 0.995));
     assert!(most(&body) > 1e-3, "it does not flow at all");
 }

@@ -31,7 +31,7 @@ fn bonds_stretch_bend_and_twist_a_bar() {
     {
         let told = metrics(name, &BONDS);
         let over = value(&told[0], metric) / due;
-        assert!((1.0..1.0 + slack).contains(&over), "{name}: {over}");
+        assert!((0.97..1.0 + slack).contains(&over), "{name}: {over}");
     }
 }
 

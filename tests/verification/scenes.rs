@@ -14,12 +14,12 @@ struct Shown {
     /// What happened, a line an event.
     told: String,
     folder: PathBuf,
-    /// Whether the folder is left for others, who asked for the runs of all scenes.
+    /// Whether the folder stays, because CULLET_SCENE_RUNS is set.
     left: bool,
 }
 
 impl Shown {
-    /// Runs a scene; its own expectations decide the exit code, the ledger is looked at here.
+    /// Runs a scene; its own expectations decide the exit code, this checks the ledger.
     fn of(name: &str) -> Self {
         let runs = std::env::var_os("CULLET_SCENE_RUNS");
         let folder = runs.as_ref().map_or_else(|| unique(name), |runs| Path::new(runs).join(name));
@@ -189,7 +189,7 @@ fn can() {
     };
     let first = least(&can.geometry);
     let last = least(recording.geometry_of(can.id, last).expect("a geometry"));
-    assert!(first > 0.032 && last > 0.01 && last < 0.025, "{first} m, {last} m");
+    assert!(first > 0.032 && last > 0.018 && last < 0.024, "{first} m, {last} m");
 }
 
 /// A tap is too slow for a solve, and the recording says why; the other has a dent in its crown.

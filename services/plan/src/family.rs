@@ -7,7 +7,7 @@ pub struct FamilyPlan {
     pub name: &'static str,
     /// One sentence for the reference of scenes.
     pub about: &'static str,
-    /// The family that takes what this one declines.
+    /// The family that takes what this one declines; of what yields, it is [`DUCTILE`].
     pub fallback: Option<&'static str>,
     /// Whether there is a model of its cost and error, so that its spacing can be planned.
     pub planned: bool,

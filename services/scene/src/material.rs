@@ -290,8 +290,9 @@ impl SceneMaterial {
         let mut doubts = Vec::new();
         let toughness = (self.young * self.fracture_energy).sqrt();
         let (low, high) = TOUGHNESS;
-        // What flows is not torn by its toughness.
-        let cracks = self.breakable && self.plasticity.is_none();
+        // What only flows is not torn by its toughness; what has `failure` is.
+        let tears = self.plasticity.is_none_or(|flow| flow.failure.is_some());
+        let cracks = self.breakable && tears;
         if cracks && !(low..=high).contains(&toughness) {
             doubts.push((
                 "fracture_energy",

@@ -146,6 +146,21 @@ fn a_ball_leaves_a_dent_in_metal() {
     assert!(matches!(outcome, SolveOutcome::Unchanged(_)), "{:?}", outcome.report());
 }
 
+/// A horizon that is too short for weights that bear alike in all directions is told.
+#[test]
+fn loose_bonds_are_told() {
+    let told = |horizon: f64| {
+        let problem = panel(METAL, BondedSolid { horizon, ..yielding() }, 5.0);
+        let outcome = ended(problem).expect("solved");
+        let report = outcome.report();
+        let loose = report.detail("points_with_loose_bonds").expect("told");
+        (loose, report.warnings.iter().any(|line| line.contains("bear alike")))
+    };
+    let (few, many) = (told(3.015), told(2.0));
+    assert!(few.0 > 0.0 && !few.1, "{few:?}");
+    assert!(many.0 > 2.0 * few.0 && many.1, "{many:?}");
+}
+
 /// Where a step strains by more than what yields, the work of flow is still what was lost.
 #[test]
 fn the_energy_of_fast_flow_is_accounted_for() {

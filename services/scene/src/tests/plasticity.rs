@@ -53,6 +53,19 @@ fn a_metal_goes_by_rate_and_warmth_and_tears() {
     assert!(own.is_some_and(|flow| !flow.is_plain()) && own == preset, "{own:?}, {preset:?}");
 }
 
+/// The toughness of a material that only flows is not looked at; a tear costs G_f.
+#[test]
+fn the_toughness_of_what_tears_is_looked_at() {
+    let doubts = |material: &str| {
+        let scene = from_text(&scene(material, ""), &[]).unwrap_or_else(|why| panic!("{why}"));
+        scene.warnings.iter().filter(|line| line.contains("K_Ic")).count()
+    };
+    let metal = "preset = \"mild-steel\"\nfracture_energy = 1e-4\n";
+    let tears = "plasticity = { yield_stress = 3e8, failure = [0.1, 0.5, -1.5, 0, 0] }";
+    assert_eq!(doubts(metal), 0);
+    assert_eq!(doubts(&format!("{metal}{tears}")), 1);
+}
+
 #[test]
 fn what_cannot_yield_is_told_with_its_place_and_bound() {
     let steel = |keys: &str| format!("preset = \"mild-steel\"\n{keys}");
