@@ -7,12 +7,14 @@
 pub mod body;
 pub mod bonded;
 pub mod brittle;
+pub mod continuum;
 pub mod detail;
 pub mod hardening;
 pub mod hertz_contact;
 pub mod johnson_cook;
 pub mod law;
 pub mod material;
+pub mod membrane;
 pub mod outcome;
 pub mod precision;
 pub mod preconditions;
@@ -25,11 +27,20 @@ pub mod treatment;
 
 pub use body::BodyShape;
 pub use bonded::{BondGrain, BondedSolid};
+pub use continuum::{
+    Continuum, ContinuumBody, ContinuumEntry, ContinuumSetup, Handed, MovingSurface, PreparedBody,
+    Proxy, ProxyMotion, SurfaceFrame, SweptExtent, TornPiece, Window, WindowInProgress,
+    WindowLedger, WindowOutcome, WindowProgress, continuum_entry,
+};
 pub use detail::CrackFaceDetail;
 pub use hardening::Hardening;
 pub use johnson_cook::{DuctileFailure, FlowHistory, JohnsonCook, ThermalSoftening};
 pub use law::Law;
 pub use material::Material;
+pub use membrane::{
+    MembraneLaw, MembraneMaterial, MembranePace, MembraneSheet, SheetAir, SheetDiffusion,
+    SheetGrip, SheetPlace, SheetRegion, SheetSource, SheetSourceKind,
+};
 pub use outcome::{
     Amount, Deformation, Figure, Fragment, Fragmentation, Grain, Report, SolveOutcome, SolvedShares,
 };
