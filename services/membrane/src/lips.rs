@@ -1,0 +1,169 @@
+//! Points of a sheet that touch each other: those far apart at rest, or parted by a crack. They
+//! repel below a distance. That keeps folds and lips apart and piles from collapsing; it does not
+//! stop a fast sheet from going through itself.
+
+use crate::bonds::MembraneBonds;
+use cullet_geometry::Vec3;
+use cullet_model::SheetPlace;
+
+/// Distance below which points repel, in spacings, where the sheet is thinner. With 0.7 a point of
+/// one layer sinks into the gap between four of another: half the diagonal of a square is 0.71.
+const REACH: f64 = 1.0;
+/// Points nearer than this at rest, in spacings, repel only where a crack has parted them.
+const NEAR: f64 = 2.0;
+/// Stiffness by μ/dt², μ being the reduced mass: ωdt is 0.45.
+const PENALTY: f64 = 0.2;
+
+/// Pairs of points that may touch, by point, each from both sides.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LipPairs {
+    starts: Vec<u32>,
+    pairs: Vec<LipPair>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct LipPair {
+    other: u32,
+    /// Distance below which they repel \[m\].
+    distance: f64,
+    /// \[N/m\].
+    stiffness: f64,
+}
+
+/// What pairs are found from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LipSearch<'a> {
+    pub(crate) bonds: &'a MembraneBonds,
+    pub(crate) reference: &'a [SheetPlace],
+    pub(crate) places: &'a [Vec3],
+    pub(crate) masses: &'a [[f64; 2]],
+    /// d of each bond.
+    pub(crate) damage: &'a [f64],
+    pub(crate) spacing: f64,
+    pub(crate) thickness: f64,
+    /// How far two points may come closer until pairs are found again \[m\].
+    pub(crate) margin: f64,
+    pub(crate) dt: f64,
+}
+
+impl LipPairs {
+    /// Finds pairs anew.
+    pub(crate) fn find(&mut self, search: &LipSearch<'_>) {
+        let touching = search.thickness.max(REACH * search.spacing);
+        let reach = touching + search.margin;
+        let hash = SpaceHash::new(search.places, reach);
+        self.starts.clear();
+        self.pairs.clear();
+        self.starts.push(0);
+        let mut near = Vec::new();
+        for i in 0..search.places.len() {
+            near.clear();
+            hash.around(search.places[i], |j| {
+                let off = search.places[j as usize] - search.places[i];
+                if j as usize != i && off.norm_squared() < reach * reach {
+                    near.push(j);
+                }
+            });
+            near.sort_unstable();
+            for &j in &near {
+                if let Some(pair) = search.pair(i, j as usize, touching) {
+                    self.pairs.push(pair);
+                }
+            }
+            self.starts.push(self.pairs.len() as u32);
+        }
+    }
+
+    fn of(&self, i: usize) -> &[LipPair] {
+        match self.pairs.is_empty() {
+            true => &[],
+            false => &self.pairs[self.starts[i] as usize..self.starts[i + 1] as usize],
+        }
+    }
+
+    /// Force of others on a point, and the part of it that is from frozen ones \[N\].
+    #[inline(always)]
+    pub(crate) fn force(&self, i: usize, places: &[Vec3], frozen: &[bool]) -> (Vec3, Vec3) {
+        let (mut force, mut propped) = (Vec3::zeros(), Vec3::zeros());
+        for pair in self.of(i) {
+            let off = places[pair.other as usize] - places[i];
+            let length = off.norm();
+            if length < pair.distance && length > 0.0 {
+                let push = off * (pair.stiffness * (pair.distance - length) / length);
+                force -= push;
+                if frozen[pair.other as usize] {
+                    propped -= push;
+                }
+            }
+        }
+        (force, propped)
+    }
+
+    /// Energy of all pairs \[J\].
+    pub(crate) fn energy(&self, places: &[Vec3]) -> f64 {
+        let of = |i: usize| {
+            let pressed = |pair: &LipPair| {
+                let length = (places[pair.other as usize] - places[i]).norm();
+                let depth = (pair.distance - length).max(0.0);
+                0.25 * pair.stiffness * depth * depth
+            };
+            self.of(i).iter().map(pressed).sum::<f64>()
+        };
+        (0..places.len()).map(of).sum()
+    }
+}
+
+impl LipSearch<'_> {
+    fn pair(&self, i: usize, j: usize, touching: f64) -> Option<LipPair> {
+        let (a, b) = (self.reference[i], self.reference[j]);
+        let rest = ((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1])).sqrt();
+        if rest <= NEAR * self.spacing {
+            let own = self.bonds.of(i);
+            if let Ok(slot) = self.bonds.ends[own.clone()].binary_search(&(j as u32))
+                && self.damage[own.start + slot] < 1.0
+            {
+                return None;
+            }
+        }
+        let (m, n) = (self.masses[i][1], self.masses[j][1]);
+        let stiffness = PENALTY * (m * n / (m + n)) / (self.dt * self.dt);
+        // Lips of a crack are pressed apart only where they overlap.
+        Some(LipPair { other: j as u32, distance: touching.min(rest), stiffness })
+    }
+}
+
+/// Points sorted by the cell of space that they are in.
+struct SpaceHash {
+    width: f64,
+    low: Vec3,
+    /// Key and number of each, rising.
+    sorted: Vec<([i32; 3], u32)>,
+}
+
+impl SpaceHash {
+    fn new(places: &[Vec3], width: f64) -> Self {
+        let low = places.iter().fold(Vec3::from([f64::INFINITY; 3]), |low, p| low.inf(p));
+        let mut hash = Self { width, low, sorted: Vec::new() };
+        hash.sorted = places.iter().enumerate().map(|(i, p)| (hash.key(p), i as u32)).collect();
+        hash.sorted.sort_unstable();
+        hash
+    }
+
+    fn key(&self, p: &Vec3) -> [i32; 3] {
+        // A place that has run away is found with the farthest.
+        let at = ((p - self.low) / self.width).map(|c| c.clamp(-1e9, 1e9));
+        [at.z as i32, at.y as i32, at.x as i32]
+    }
+
+    /// All points in the cells around a place.
+    fn around(&self, place: Vec3, mut f: impl FnMut(u32)) {
+        let [z, y, x] = self.key(&place);
+        for (dz, dy) in (-1..=1).flat_map(|dz| (-1..=1).map(move |dy| (dz, dy))) {
+            let from = [z + dz, y + dy, x - 1];
+            let first = self.sorted.partition_point(|(key, _)| *key < from);
+            let last = [z + dz, y + dy, x + 1];
+            let row = self.sorted[first..].iter().take_while(|(key, _)| *key <= last);
+            row.for_each(|&(_, i)| f(i));
+        }
+    }
+}

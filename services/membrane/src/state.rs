@@ -1,0 +1,261 @@
+//! What a sheet is between two windows, and its bytes.
+
+use crate::law::BondMemory;
+use crate::pieces::PieceRecord;
+use crate::prepared::PreparedMembrane;
+use cullet_geometry::Vec3;
+use cullet_model::{MembraneLaw, Refusal, SheetPlace};
+
+/// First byte of a state. A new layout takes the next number.
+const VERSION: u8 = 1;
+
+/// A sheet at the end of a step of the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SheetState {
+    /// Steps of the world so far.
+    pub step: u64,
+    /// \[m\].
+    pub places: Vec<Vec3>,
+    /// \[m/s\].
+    pub velocities: Vec<Vec3>,
+    /// θ of each point; empty where nothing diffuses.
+    pub theta: Vec<f64>,
+    /// What each point has been exposed to; likewise.
+    pub exposure: Vec<f64>,
+    /// d of each bond.
+    pub damage: Vec<f64>,
+    /// p of each bond of a foil; empty otherwise.
+    pub plastic: Vec<f64>,
+    /// α_p, likewise.
+    pub flowed: Vec<f64>,
+    /// Number of the piece that each point belongs to.
+    pub labels: Vec<u32>,
+    pub(crate) pieces: Vec<PieceRecord>,
+}
+
+impl SheetState {
+    /// A sheet before anything happens.
+    #[must_use]
+    pub fn start(prepared: &PreparedMembrane) -> Self {
+        let sheet = prepared.sheet();
+        let count = prepared.points.places.len();
+        let place = |&[x, y]: &SheetPlace| (sheet.pose * nalgebra::Point3::new(x, y, 0.0)).coords;
+        let mut places: Vec<Vec3> = prepared.points.places.iter().map(place).collect();
+        let mut velocities = vec![sheet.velocity; count];
+        for grip in prepared.grips.iter().rev().filter(|grip| grip.holds(0.0)) {
+            let (moved, velocity) = grip.at(0.0);
+            for &i in &grip.points {
+                places[i as usize] = place(&prepared.points.places[i as usize]) + moved;
+                velocities[i as usize] = velocity;
+            }
+        }
+        let bonds = prepared.bonds.ends.len();
+        let flows = if sheet.material.law == MembraneLaw::Foil { bonds } else { 0 };
+        let damage = prepared.bonds.cut.iter().map(|&cut| f64::from(u8::from(cut))).collect();
+        let theta = sheet.diffusion.as_ref().map(|what| vec![what.start; count]);
+        Self {
+            step: 0,
+            places,
+            velocities,
+            exposure: vec![0.0; theta.as_ref().map_or(0, Vec::len)],
+            theta: theta.unwrap_or_default(),
+            damage,
+            plastic: vec![0.0; flows],
+            flowed: vec![0.0; flows],
+            labels: vec![0; count],
+            pieces: vec![PieceRecord::default()],
+        }
+    }
+
+    /// What a bond remembers.
+    #[inline(always)]
+    #[must_use]
+    pub fn memory(&self, b: usize) -> BondMemory {
+        let of = |all: &[f64]| all.get(b).copied().unwrap_or(0.0);
+        BondMemory { damage: self.damage[b], plastic: of(&self.plastic), flowed: of(&self.flowed) }
+    }
+
+    /// Whether all numbers are numbers.
+    pub(crate) fn not_finite(&self) -> Option<&'static str> {
+        let vectors = |all: &[Vec3]| all.iter().flatten().all(|c| c.is_finite());
+        if !vectors(&self.places) {
+            return Some("places of a sheet");
+        }
+        if !vectors(&self.velocities) {
+            return Some("velocities of a sheet");
+        }
+        let fine = self.theta.iter().chain(&self.exposure).all(|c| c.is_finite());
+        (!fine).then_some("the quantity that diffuses")
+    }
+
+    /// Its bytes: equal states have equal ones.
+    #[must_use]
+    pub fn encode(&self, prepared: &PreparedMembrane) -> Vec<u8> {
+        let mut bytes = Writer(vec![VERSION]);
+        bytes.number(prepared.fingerprint);
+        bytes.number(self.step);
+        self.places.iter().chain(&self.velocities).flatten().for_each(|c| bytes.real(*c));
+        self.theta.iter().chain(&self.exposure).for_each(|c| bytes.real(*c));
+        let mut marks = Vec::new();
+        let mut values = Writer(Vec::new());
+        let mut slot = 0;
+        for_each_bond(prepared, |b, _| {
+            let memory = self.memory(b);
+            let touched = memory != fresh(prepared, b);
+            if slot % 8 == 0 {
+                marks.push(0u8);
+            }
+            if touched {
+                marks[slot / 8] |= 1 << (slot % 8);
+                values.real(memory.damage);
+                if !self.plastic.is_empty() {
+                    values.real(memory.plastic);
+                    values.real(memory.flowed);
+                }
+            }
+            slot += 1;
+        });
+        bytes.0.extend(marks);
+        bytes.0.extend(values.0);
+        self.labels.iter().for_each(|&label| bytes.short(label));
+        bytes.short(self.pieces.len() as u32);
+        for piece in &self.pieces {
+            bytes.short(piece.number);
+            bytes.short(piece.parent);
+            bytes.number(piece.born);
+            bytes.short(piece.still);
+        }
+        bytes.0
+    }
+
+    /// The state that bytes hold.
+    ///
+    /// # Errors
+    ///
+    /// If they are of another version or sheet, are cut short, or hold what no state does.
+    pub fn decode(prepared: &PreparedMembrane, bytes: &[u8]) -> Result<Self, Refusal> {
+        let mut reader = Reader { rest: bytes };
+        let version = reader.take(1)?[0];
+        if version != VERSION {
+            return Err(foreign(format!("it has the version {version}, not {VERSION}")));
+        }
+        if reader.number()? != prepared.fingerprint {
+            return Err(foreign("it is of another sheet".to_owned()));
+        }
+        let mut state = Self::start(prepared);
+        state.step = reader.number()?;
+        for value in state.places.iter_mut().chain(&mut state.velocities).flatten() {
+            *value = reader.real()?;
+        }
+        for value in state.theta.iter_mut().chain(&mut state.exposure) {
+            *value = reader.real()?;
+        }
+        let mut bonds = Vec::new();
+        for_each_bond(prepared, |b, twin| bonds.push((b, twin)));
+        let marks = reader.take(bonds.len().div_ceil(8))?;
+        for (slot, (b, twin)) in bonds.into_iter().enumerate() {
+            if marks[slot / 8] >> (slot % 8) & 1 == 0 {
+                continue;
+            }
+            let damage = reader.real()?;
+            if !(0.0..=1.0).contains(&damage) {
+                return Err(foreign(format!("a damage is {damage}")));
+            }
+            [state.damage[b], state.damage[twin]] = [damage; 2];
+            if !state.plastic.is_empty() {
+                [state.plastic[b], state.plastic[twin]] = [reader.real()?; 2];
+                [state.flowed[b], state.flowed[twin]] = [reader.real()?; 2];
+            }
+        }
+        for label in &mut state.labels {
+            *label = reader.short()?;
+        }
+        state.pieces = (0..reader.short()?).map(|_| reader.piece()).collect::<Result<_, _>>()?;
+        let known = |label: &u32| state.pieces.iter().any(|piece| piece.number == *label);
+        if !reader.rest.is_empty() || !state.labels.iter().all(known) {
+            return Err(foreign("it goes on after its end, or names an unknown piece".to_owned()));
+        }
+        match state.not_finite() {
+            Some(what) => Err(foreign(format!("{what} are not finite"))),
+            None => Ok(state),
+        }
+    }
+}
+
+fn foreign(why: String) -> Refusal {
+    Refusal::Unfit {
+        solver: crate::family::NAME,
+        lack: format!("the state is none of this sheet: {why}"),
+    }
+}
+
+/// What a bond remembers before anything happens.
+fn fresh(prepared: &PreparedMembrane, b: usize) -> BondMemory {
+    BondMemory { damage: f64::from(u8::from(prepared.bonds.cut[b])), ..BondMemory::default() }
+}
+
+/// Each bond once, with its twin.
+fn for_each_bond(prepared: &PreparedMembrane, mut f: impl FnMut(usize, usize)) {
+    for i in 0..prepared.points.places.len() {
+        for b in prepared.bonds.of(i).filter(|&b| prepared.bonds.ends[b] as usize > i) {
+            f(b, prepared.bonds.twins[b] as usize);
+        }
+    }
+}
+
+/// Little-endian bytes.
+struct Writer(Vec<u8>);
+
+impl Writer {
+    fn number(&mut self, value: u64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn short(&mut self, value: u32) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn real(&mut self, value: f64) {
+        self.number(value.to_bits());
+    }
+}
+
+struct Reader<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, count: usize) -> Result<&'a [u8], Refusal> {
+        let (taken, rest) = self
+            .rest
+            .split_at_checked(count)
+            .ok_or_else(|| foreign("it is cut short".to_owned()))?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    fn number(&mut self) -> Result<u64, Refusal> {
+        let mut bytes = [0; 8];
+        bytes.copy_from_slice(self.take(8)?);
+        Ok(u64::from_le_bytes(bytes))
+    }
+
+    fn short(&mut self) -> Result<u32, Refusal> {
+        let mut bytes = [0; 4];
+        bytes.copy_from_slice(self.take(4)?);
+        Ok(u32::from_le_bytes(bytes))
+    }
+
+    fn real(&mut self) -> Result<f64, Refusal> {
+        Ok(f64::from_bits(self.number()?))
+    }
+
+    fn piece(&mut self) -> Result<PieceRecord, Refusal> {
+        Ok(PieceRecord {
+            number: self.short()?,
+            parent: self.short()?,
+            born: self.number()?,
+            still: self.short()?,
+        })
+    }
+}

@@ -1,0 +1,94 @@
+//! The working numbers of bonds: what steps read, worked out anew whenever the quantity that
+//! diffuses has changed.
+
+use crate::bonds::MembraneBonds;
+use crate::diffusion::share_at;
+use crate::law::{LeftShares, StretchLimits};
+use cullet_model::{MembraneLaw, SheetDiffusion};
+
+/// Numbers by bond.
+#[derive(Clone, Debug)]
+pub(crate) struct BondTable {
+    /// k \[J\].
+    pub(crate) stiffness: Vec<f64>,
+    /// 1/(ξ(1 + ε*)) \[1/m\].
+    pub(crate) rest: Vec<f64>,
+    /// s₀ or s_y, and s_c.
+    pub(crate) limits: Vec<StretchLimits>,
+    /// Σk of each point \[J\].
+    pub(crate) sums: Vec<f64>,
+    /// q_E of each point \[1\].
+    pub(crate) softness: Vec<f64>,
+    /// Factors on s_c by point, where it scatters.
+    scatter: Option<Vec<f64>>,
+    critical: f64,
+    strength: f64,
+    law: MembraneLaw,
+}
+
+impl BondTable {
+    /// Numbers of bonds that nothing has changed.
+    pub(crate) fn new(
+        bonds: &MembraneBonds,
+        scatter: Option<Vec<f64>>,
+        critical: f64,
+        strength: f64,
+        law: MembraneLaw,
+    ) -> Self {
+        let count = bonds.starts.len() - 1;
+        let none = StretchLimits::new(law, strength, critical, LeftShares::WHOLE);
+        let mut table = Self {
+            stiffness: bonds.stiffness.clone(),
+            rest: bonds.lengths.iter().map(|xi| 1.0 / xi).collect(),
+            limits: vec![none; bonds.ends.len()],
+            sums: Vec::new(),
+            softness: vec![1.0; count],
+            scatter,
+            critical,
+            strength,
+            law,
+        };
+        table.sums = (0..count).map(|i| table.stiffness[bonds.of(i)].iter().sum()).collect();
+        for i in 0..count {
+            for b in bonds.of(i) {
+                table.limits[b] = table.limit(i, bonds.ends[b] as usize, LeftShares::WHOLE);
+            }
+        }
+        table
+    }
+
+    fn limit(&self, i: usize, j: usize, left: LeftShares) -> StretchLimits {
+        let factor = self.scatter.as_ref().map_or(1.0, |all| 0.5 * (all[i] + all[j]));
+        StretchLimits::new(self.law, self.strength, factor * self.critical, left)
+    }
+
+    /// Works all out anew for θ and the exposure of each point. What bonds remember stays.
+    pub(crate) fn update(
+        &mut self,
+        bonds: &MembraneBonds,
+        what: &SheetDiffusion,
+        theta: &[f64],
+        exposure: &[f64],
+    ) {
+        for i in 0..theta.len() {
+            for b in bonds.of(i) {
+                let j = bonds.ends[b] as usize;
+                let mean = 0.5 * (theta[i] + theta[j]);
+                let eaten = libm::exp(-0.5 * (exposure[i] + exposure[j]));
+                let left = LeftShares {
+                    stiffness: share_at(&what.stiffness, mean),
+                    toughness: share_at(&what.toughness, mean) * eaten,
+                    strength: share_at(&what.strength, mean),
+                };
+                let [x, y] = bonds.directions[b];
+                let [along, across] = what.expansion;
+                let swollen = (along * x * x + across * y * y) * (mean - what.start);
+                self.stiffness[b] = bonds.stiffness[b] * left.stiffness;
+                self.rest[b] = 1.0 / (bonds.lengths[b] * (1.0 + swollen));
+                self.limits[b] = self.limit(i, j, left);
+            }
+            self.sums[i] = self.stiffness[bonds.of(i)].iter().sum();
+            self.softness[i] = share_at(&what.stiffness, theta[i]);
+        }
+    }
+}

@@ -1,0 +1,392 @@
+//! A window of a sheet's time, as the worker solves it.
+
+use crate::prepared::PreparedMembrane;
+use crate::proxies::RigidProxy;
+use crate::rest::patience;
+use crate::state::SheetState;
+use crate::steps::SheetRun;
+use crate::surface::TornSurface;
+use cullet_geometry::Vec3;
+use cullet_model::outcome::STRENGTH_RATIO;
+use cullet_model::{
+    Continuum, ContinuumSetup, Failure, Figure, MembraneLaw, MembranePace, MovingSurface, Refusal,
+    SurfaceFrame, SweptExtent, TornPiece, Window, WindowLedger, WindowOutcome, WindowProgress,
+};
+use std::sync::Arc;
+
+/// Points times steps of one slice: about 20 ms.
+const SLICE: usize = 60_000;
+/// Momentum and the integral of what diffuses close to this share of what was exchanged.
+const CLOSED: f64 = 1e-9;
+/// Energy that is there and should not be, over what there is, above which a warning is given.
+const ENERGY_SLACK: f64 = 0.02;
+/// Kinetic over elastic energy of a heavier sheet above which a warning is given.
+const MOST_KINETIC: f64 = 0.05;
+
+/// A window of a thin sheet.
+#[derive(Clone, Debug)]
+pub struct MembraneWindow {
+    run: SheetRun,
+    window: Window,
+    start: WindowStart,
+    surfaces: Vec<MovingSurface>,
+    frames: Vec<SurfaceFrame>,
+    /// The surface of the last frame, and which pairs of points held then.
+    torn: Option<(Vec<bool>, TornSurface)>,
+    done: u32,
+}
+
+/// What there was as a window began.
+#[derive(Clone, Copy, Debug, Default)]
+struct WindowStart {
+    kinetic: f64,
+    stored: f64,
+    momentum: Vec3,
+    quantity: f64,
+}
+
+impl Continuum for MembraneWindow {
+    type Prepared = PreparedMembrane;
+    const NAME: &'static str = crate::family::NAME;
+
+    fn prepare(setup: &ContinuumSetup) -> Result<Self::Prepared, Refusal> {
+        PreparedMembrane::new(setup)
+    }
+
+    fn open(
+        prepared: Arc<Self::Prepared>,
+        state: Option<&[u8]>,
+        window: Window,
+    ) -> Result<Self, Refusal> {
+        let state = match state {
+            Some(bytes) => SheetState::decode(&prepared, bytes)?,
+            None => SheetState::start(&prepared),
+        };
+        let unfit = |lack: String| Err(Refusal::Unfit { solver: crate::family::NAME, lack });
+        if state.step != window.first_step {
+            let (own, first) = (state.step, window.first_step);
+            return unfit(format!("the state is that of step {own}, the window begins at {first}"));
+        }
+        if window.steps == 0 {
+            return unfit("a window has at least one step".to_owned());
+        }
+        let proxies = window.proxies.iter().map(|proxy| RigidProxy::new(proxy, window.steps));
+        let proxies = proxies.collect::<Result<Vec<_>, Refusal>>()?;
+        let mut run = SheetRun::new(prepared, state, proxies);
+        let start = WindowStart {
+            kinetic: run.kinetic(),
+            stored: run.energies().iter().sum(),
+            momentum: momentum(&run),
+            quantity: quantity(&run),
+        };
+        let mut window =
+            Self { run, window, start, surfaces: vec![], frames: vec![], torn: None, done: 0 };
+        if window.window.first_step == 0 && window.window.frame_every > 0 {
+            window.show();
+        }
+        Ok(window)
+    }
+
+    fn advance(&mut self) -> WindowProgress {
+        let slice = (SLICE / self.run.state.places.len()).max(1);
+        for _ in 0..slice {
+            if self.done == self.window.steps {
+                return self.finish();
+            }
+            if !self.run.advance() {
+                continue;
+            }
+            self.done += 1;
+            if let Some(failure) = self.not_finite() {
+                return WindowProgress::Failed(failure);
+            }
+            let every = u64::from(self.window.frame_every);
+            if every > 0 && self.run.state.step.is_multiple_of(every) {
+                self.show();
+            }
+        }
+        match self.done == self.window.steps {
+            true => self.finish(),
+            false => WindowProgress::Running(self.run.come() / f64::from(self.window.steps)),
+        }
+    }
+}
+
+/// Momentum of a sheet \[kg·m/s\].
+fn momentum(run: &SheetRun) -> Vec3 {
+    run.masses.iter().zip(&run.state.velocities).map(|(m, v)| v * m[1]).sum()
+}
+
+/// ΣρChAθ of a sheet.
+fn quantity(run: &SheetRun) -> f64 {
+    run.prepared.diffusion.as_ref().map_or(0.0, |bonds| bonds.total(&run.state.theta))
+}
+
+impl MembraneWindow {
+    /// The sheet's state now.
+    #[must_use]
+    pub fn state(&self) -> &SheetState {
+        &self.run.state
+    }
+
+    fn not_finite(&self) -> Option<Failure> {
+        let step = self.run.state.step;
+        if let Some(what) = self.run.state.not_finite() {
+            return Some(Failure::NotFinite { what, step });
+        }
+        let moving = self.run.proxies.iter().all(RigidProxy::is_finite);
+        (!moving).then_some(Failure::NotFinite { what: "the motion of a rigid body", step })
+    }
+
+    /// Takes a frame.
+    fn show(&mut self) {
+        let (run, prepared) = (&self.run, &self.run.prepared);
+        let state = &run.state;
+        let slopes: Vec<[Vec3; 2]> =
+            (0..state.places.len()).map(|i| run.stencils.slopes(i, &state.places)).collect();
+        let whole =
+            |b: &Option<usize>| b.is_some_and(|b| !prepared.bonds.cut[b] && state.damage[b] < 1.0);
+        let alive: Vec<bool> = prepared.pairs.iter().map(whole).collect();
+        let torn = match self.torn.take() {
+            Some((before, torn)) if before == alive => torn,
+            _ => {
+                let thickness = prepared.sheet().thickness as f32;
+                let torn = TornSurface::new(&prepared.triangles, &alive, thickness);
+                self.surfaces.push(torn.surface.clone());
+                torn
+            }
+        };
+        let places = torn.places(&state.places, &slopes);
+        let quantity = match state.theta.is_empty() {
+            true => Vec::new(),
+            false => torn.quantities(&state.theta),
+        };
+        let origin = places.iter().sum::<Vec3>() / places.len().max(1) as f64;
+        self.frames.push(SurfaceFrame {
+            step: state.step,
+            surface: self.surfaces.len() as u32 - 1,
+            origin,
+            offsets: places
+                .iter()
+                .map(|x| <[f64; 3]>::from(x - origin).map(|c| c as f32))
+                .collect(),
+            quantity,
+        });
+        self.torn = Some((alive, torn));
+    }
+
+    fn pieces(&self) -> Vec<TornPiece> {
+        let state = &self.run.state;
+        let patience = patience(self.run.prepared.setup.world_step);
+        let mut pieces: Vec<TornPiece> = state
+            .pieces
+            .iter()
+            .map(|piece| TornPiece {
+                number: piece.number,
+                parent: piece.parent,
+                born: piece.born,
+                mass: 0.0,
+                area: 0.0,
+                frozen: piece.still >= patience,
+            })
+            .collect();
+        pieces.sort_by_key(|piece| piece.number);
+        for (i, &label) in state.labels.iter().enumerate() {
+            if let Ok(slot) = pieces.binary_search_by_key(&label, |piece| piece.number) {
+                pieces[slot].mass += self.run.masses[i][0];
+                pieces[slot].area += self.run.prepared.points.areas[i];
+            }
+        }
+        pieces
+    }
+
+    /// Length of cracks at rest times the thickness \[m²\]: what their bonds would have cost where
+    /// nothing weakens them, over G.
+    fn torn_area(&self) -> f64 {
+        let prepared = &self.run.prepared;
+        let bonds = &prepared.bonds;
+        let broken = |b: &usize| self.run.state.damage[*b] >= 1.0 && !bonds.cut[*b];
+        let cost: f64 = (0..bonds.ends.len()).filter(broken).map(|b| bonds.stiffness[b]).sum();
+        let toughness = prepared.sheet().material.fracture_energy;
+        0.25 * cost * prepared.critical * prepared.critical / toughness
+    }
+
+    fn ledger(&mut self) -> WindowLedger {
+        let [stretching, bending] = self.run.energies();
+        let run = &self.run;
+        let (books, sums) = (&run.books, &run.books.sums);
+        let kinetic = run.kinetic();
+        let own = momentum(run);
+        let angular: Vec3 = (run.masses.iter().zip(&run.state.places))
+            .zip(&run.state.velocities)
+            .map(|((m, x), v)| x.cross(v) * m[1])
+            .sum();
+        let grew = kinetic + stretching + bending - self.start.kinetic - self.start.stored;
+        let spent = sums.broken + sums.plastic + sums.damped;
+        let given = sums.air + sums.grips + sums.gravity + sums.bodies + books.quantity_work;
+        WindowLedger {
+            mass: run.masses.iter().map(|m| m[0]).sum(),
+            momentum: own.into(),
+            angular_momentum: angular.into(),
+            momentum_residual: (sums.impulse - (own - self.start.momentum)).into(),
+            kinetic,
+            stretching,
+            bending,
+            broken: sums.broken,
+            plastic: sums.plastic,
+            damped: sums.damped,
+            air: sums.air,
+            grips: sums.grips,
+            gravity: sums.gravity,
+            bodies: sums.bodies,
+            quantity_work: books.quantity_work,
+            residual: grew + spent - given,
+            quantity: quantity(run),
+            quantity_in: books.quantity_in,
+            torn_area: self.torn_area(),
+        }
+    }
+
+    /// That momentum and what diffuses are all accounted for.
+    fn unbalanced(&self, ledger: &WindowLedger) -> Option<Failure> {
+        let step = self.run.state.step;
+        let momenta = self.run.masses.iter().zip(&self.run.state.velocities);
+        let moving: f64 = momenta.map(|(m, v)| m[1] * v.norm()).sum();
+        let scale = self.run.books.sums.exchanged + moving;
+        let lost = Vec3::from(ledger.momentum_residual).norm();
+        if lost > CLOSED * scale {
+            let what = format!("momentum is off by {lost:.3e} of {scale:.3e} kg·m/s exchanged");
+            return Some(Failure::Beyond { what, step });
+        }
+        let lost = ledger.quantity - self.start.quantity - ledger.quantity_in;
+        let scale = ledger.quantity.abs() + self.start.quantity.abs() + ledger.quantity_in.abs();
+        if lost.abs() > CLOSED * scale {
+            let what = format!("what diffuses is off by {lost:.3e} of {scale:.3e}");
+            return Some(Failure::Beyond { what, step });
+        }
+        None
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let prepared = &self.run.prepared;
+        let limits = prepared.limits();
+        let length = f64::from(self.done) * prepared.setup.world_step;
+        let mut figures = vec![
+            ("working_wave_speed", "m/s", prepared.pace.speed),
+            ("working_inertia", "1", prepared.pace.inertia),
+            ("working_young", "Pa", prepared.pace.young),
+            ("critical_stretch", "1", limits.critical),
+            ("first_stretch", "1", limits.first),
+            (STRENGTH_RATIO, "1", limits.first / prepared.strength),
+            ("bending_ratio", "1", prepared.bending_ratio),
+            ("points", "1", prepared.points.places.len() as f64),
+            ("bonds", "1", 0.5 * prepared.bonds.ends.len() as f64),
+            ("steps", "1", self.run.books.steps as f64),
+            ("step", "s", prepared.step()),
+        ]
+        .into_iter()
+        .map(|(name, unit, value)| (name.to_owned(), unit, value))
+        .collect::<Vec<_>>();
+        for (k, impulse) in self.run.books.grips.iter().enumerate() {
+            for (axis, part) in ["x", "y", "z"].iter().zip(impulse.iter()) {
+                figures.push((format!("grip_{}_force_{axis}", k + 1), "N", part / length));
+            }
+        }
+        for (proxy, handed) in self.run.proxies.iter().zip(&self.window.proxies) {
+            figures.push((format!("body_{}_depth", handed.body), "m", proxy.deepest));
+        }
+        let figure = |(name, unit, value): (String, &str, f64)| Figure {
+            name,
+            unit: unit.to_owned(),
+            value,
+        };
+        figures.into_iter().map(figure).collect()
+    }
+
+    fn warnings(&self, ledger: &WindowLedger) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let prepared = &self.run.prepared;
+        let elastic = ledger.stretching + ledger.bending;
+        let works = [ledger.air, ledger.grips, ledger.gravity, ledger.bodies];
+        let moved: f64 = works.iter().map(|work| work.abs()).sum();
+        let scale = moved + ledger.kinetic + elastic + self.start.kinetic + self.start.stored;
+        if ledger.residual.abs() > ENERGY_SLACK * scale {
+            warnings.push(format!(
+                "energy is off by {:.3e} J of {scale:.3e} J in this window",
+                ledger.residual
+            ));
+        }
+        let heavier = matches!(prepared.sheet().pace, MembranePace::Heavier(_));
+        if heavier && ledger.kinetic > MOST_KINETIC * elastic {
+            warnings.push(format!(
+                "the heavier sheet moves with {:.3e} J beside {elastic:.3e} J of strain: more than \
+                 a twentieth; take a faster pace or load it more slowly",
+                ledger.kinetic
+            ));
+        }
+        let limits = prepared.limits();
+        if limits.first < prepared.strength * (1.0 - 1e-9) {
+            let law = prepared.sheet().material.law;
+            let what = if law == MembraneLaw::Foil { "yields" } else { "softens" };
+            warnings.push(format!(
+                "a bond {what} at {:.2} of the strength: at this spacing cracks are controlled by \
+                 toughness alone",
+                limits.first / prepared.strength
+            ));
+        }
+        for (number, notch) in prepared.sheet().notches.iter().enumerate() {
+            let (places, spacing) = (&prepared.points.places, prepared.sheet().spacing);
+            let caught = |end: &&[f64; 2]| {
+                prepared.grips.iter().any(|grip| grip.guards(**end, places, spacing))
+            };
+            if notch.last().iter().any(caught) {
+                warnings.push(format!(
+                    "notch {} ends within two horizons of a grip, where nothing breaks: make it \
+                     longer, or take a finer spacing",
+                    number + 1
+                ));
+            }
+        }
+        for (proxy, handed) in self.run.proxies.iter().zip(&self.window.proxies) {
+            if proxy.deepest > 2.0 * prepared.contact() {
+                let (depth, body) = (proxy.deepest, handed.body);
+                warnings.push(format!("points were {depth:.3e} m inside of body {body}"));
+            }
+        }
+        warnings
+    }
+
+    fn extent(&self) -> SweptExtent {
+        let state = &self.run.state;
+        let bound = |pick: fn(f64, f64) -> f64, from: f64| -> [f64; 3] {
+            std::array::from_fn(|k| state.places.iter().map(|x| x[k]).fold(from, pick))
+        };
+        SweptExtent {
+            low: bound(f64::min, f64::MAX),
+            high: bound(f64::max, f64::MIN),
+            speed: state.velocities.iter().map(Vec3::norm).fold(0.0, f64::max),
+            spacing: self.run.prepared.sheet().spacing,
+        }
+    }
+
+    fn finish(&mut self) -> WindowProgress {
+        let ledger = self.ledger();
+        if let Some(failure) = self.unbalanced(&ledger) {
+            return WindowProgress::Failed(failure);
+        }
+        WindowProgress::Done(Box::new(WindowOutcome {
+            state: self.run.state.encode(&self.run.prepared),
+            extent: self.extent(),
+            handed: self.run.proxies.iter().map(RigidProxy::handed).collect(),
+            surfaces: std::mem::take(&mut self.surfaces),
+            frames: std::mem::take(&mut self.frames),
+            pieces: self.pieces(),
+            figures: self.figures(),
+            warnings: self.warnings(&ledger),
+            ledger,
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests;

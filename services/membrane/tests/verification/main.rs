@@ -1,0 +1,4 @@
+//! Slow tests of sheets, by what the crate gives to others.
+
+mod strip;
+mod towel;
