@@ -4,6 +4,7 @@ use crate::body::{Body, BodySpec, BodyView};
 use crate::cluster::{Part, sum};
 use crate::debris::DebrisParticle;
 use crate::error::{ReplaceError, WorldError};
+use crate::exchange::Exchange;
 use crate::id::BodyId;
 use crate::impact::Hit;
 use crate::ledger::Totals;
@@ -14,10 +15,11 @@ use crate::replace::{Breakage, Replacement, break_up};
 use crate::reshape::{Reshape, reshape};
 use crate::rigid::{BadPart, Fit, Shape};
 use crate::settings::WorldSettings;
+use crate::soft::{BodyForWindow, body_for_window, lead, push};
 use crate::state::WorldState;
 use crate::step::step;
 use crate::support::{HeldContact, find_supports};
-use cullet_geometry::Vec3;
+use cullet_geometry::{Pose, Vec3};
 use cullet_model::Fragment;
 
 /// Rigid bodies, their contacts, and the books.
@@ -279,6 +281,25 @@ impl World {
         new: Reshape,
     ) -> Result<Replacement, ReplaceError> {
         reshape(&mut self.state, id, hits, new)
+    }
+
+    /// A body as a window of something that moves as it deforms needs it; `None` when it is gone.
+    #[must_use]
+    pub fn body_for_window(&self, id: BodyId) -> Option<BodyForWindow> {
+        body_for_window(&self.state, id)
+    }
+
+    /// Gives a body an impulse and its moment about the body's centre, before the step in which it
+    /// acts. Whether the body is there and can move.
+    pub fn push(&mut self, id: BodyId, given: &Exchange) -> bool {
+        push(&mut self.state, id, given)
+    }
+
+    /// Puts a body where a window has it after the step just taken, with the velocity and the
+    /// angular momentum that it has. Not so a body that touches another of the rigid world in that
+    /// step. Whether it was put there.
+    pub fn lead(&mut self, id: BodyId, pose: &Pose) -> bool {
+        lead(&mut self.state, id, pose)
     }
 
     /// Pairs of bodies that overlap where they are, with an estimate of the depth \[m\]; at least

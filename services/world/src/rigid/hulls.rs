@@ -20,6 +20,19 @@ pub(super) struct Part {
     pub(super) reach: f64,
 }
 
+impl Part {
+    /// Its corners, or those of the box around a shape that has none \[m\].
+    pub(super) fn corners(&self) -> Vec<Vec3> {
+        match self.shape.as_convex_polyhedron() {
+            Some(hull) => hull.points().iter().map(|corner| vec3(*corner)).collect(),
+            None => {
+                let around = self.shape.compute_local_aabb();
+                around.vertices().iter().map(|corner| vec3(*corner)).collect()
+            }
+        }
+    }
+}
+
 /// A convex hull by its corners; none of an empty one.
 struct Corners<'a>(&'a [Vec3]);
 

@@ -8,6 +8,7 @@ mod patch;
 mod relax;
 mod suppressed;
 mod sweep;
+mod windows;
 
 pub(crate) use contacts::Contact;
 pub(crate) use hulls::Fit;

@@ -87,3 +87,39 @@ fn a_free_fall_is_a_free_fall() {
     assert!((body.pose.translation.z + 4.905).abs() < 5e-3, "{}", body.pose.translation);
     assert!((world.time() - 1.0).abs() < 1e-12 && world.step_count() == 240);
 }
+
+/// What a window hands over: momentum to the last bit but rounding, and the window's place, unless
+/// the body touches another of the rigid world.
+#[test]
+fn a_body_takes_what_a_window_gave_it() {
+    let mut world = World::new(WorldSettings::default()).unwrap();
+    let id = world.insert(spec()).unwrap();
+    let before = world.totals();
+    let given =
+        Exchange { linear: Vec3::new(0.3, -0.1, 0.2), torque: Vec3::new(0.01, 0.02, -0.01) };
+    assert!(world.push(id, &given));
+    let after = world.totals();
+    let gained = after.momentum - before.momentum;
+    assert!((gained - given.linear).norm() < 1e-14, "{gained}");
+    let turned = after.angular_momentum - before.angular_momentum;
+    let centre = world.body(id).unwrap().pose.translation.vector;
+    let due = given.torque + centre.cross(&given.linear);
+    assert!((turned - due).norm() < 1e-12 * due.norm(), "{turned} {due}");
+    world.step().unwrap();
+    let place = Pose::new(Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.1, 0.0, 0.4));
+    let momentum = world.totals().momentum;
+    assert!(world.lead(id, &place));
+    assert_eq!(world.body(id).unwrap().pose, place);
+    assert_eq!(world.totals().momentum, momentum);
+    let parts = world.body_for_window(id).unwrap().parts;
+    assert_eq!((parts.len(), parts[0].len()), (1, 4));
+    // On a floor it stays where the rigid world has it, and a floor takes nothing.
+    let mut floor = spec();
+    floor.fixed = true;
+    floor.pose = Pose::new(Vec3::new(1.0, 2.0, 2.95), Vec3::zeros());
+    let floor = world.insert(floor).unwrap();
+    world.step().unwrap();
+    assert!(!world.lead(id, &Pose::identity()));
+    assert!(!world.push(floor, &given) && !world.lead(floor, &place));
+    assert_eq!(world.body_for_window(floor).unwrap().inertia, None);
+}
