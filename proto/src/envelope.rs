@@ -48,6 +48,10 @@ pub enum MessageKind {
     HorizonSpecimen = 14,
     /// A problem of points and bonds with its slabs.
     BondedJob = 15,
+    /// A window of a body that moves as it deforms, with its slabs.
+    WindowJob = 16,
+    /// What came of a window, with its slabs.
+    WindowResult = 17,
 }
 
 /// A message: header and bulk in an envelope.

@@ -24,8 +24,10 @@ pub mod specimen;
 pub mod strength;
 pub mod transport;
 pub mod verdict;
+pub mod window;
 
 pub use codec::WireError;
 pub use ids::{Epoch, JobId, SessionId, WorkerId};
 pub use job::FractureJob;
 pub use verdict::Verdict;
+pub use window::WindowJob;

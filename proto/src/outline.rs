@@ -8,6 +8,7 @@ use crate::envelope::{self, MessageKind};
 use crate::ids::{JobId, digest};
 use crate::job::FractureJob;
 use crate::specimen::SpecimenJob;
+use crate::window::WindowJob;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
@@ -66,6 +67,15 @@ impl Parted {
         let (_, _, bulk) = envelope::split(&bytes)?;
         let slab = bytes.len() - bulk.len()..bytes.len();
         Self::cut(&bytes, &[slab])
+    }
+
+    /// A window, taken apart.
+    ///
+    /// # Errors
+    /// As [`WindowJob::encode`].
+    pub fn of_window(job: &WindowJob) -> Result<Self, WireError> {
+        let (bytes, slabs) = job.slabs()?;
+        Self::cut(&bytes, &slabs)
     }
 
     fn cut(bytes: &[u8], slabs: &[Range<usize>]) -> Result<Self, WireError> {

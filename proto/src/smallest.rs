@@ -1,8 +1,12 @@
-//! The smallest job there is, for tests and measurements of what carries jobs.
+//! The smallest jobs there are, for tests and measurements of what carries jobs.
 
 use crate::job::FractureJob;
-use cullet_geometry::{Solid, TriMesh, Vec3};
-use cullet_model::{Impact, Law, Material, Problem, Settings, StrengthField};
+use crate::window::WindowJob;
+use cullet_geometry::{Pose, Solid, TriMesh, Vec3};
+use cullet_model::{
+    ContinuumBody, ContinuumSetup, Impact, Law, Material, MembraneLaw, MembraneMaterial,
+    MembranePace, MembraneSheet, Problem, Settings, SheetAir, StrengthField, Window,
+};
 
 impl FractureJob {
     /// A glass tetrahedron of 1 m, hit once; `seed` tells it from others.
@@ -45,5 +49,52 @@ impl FractureJob {
             seed,
         };
         Self { solver: solver.into(), fallback: None, problem }
+    }
+}
+
+impl WindowJob {
+    /// The first window of a square of paper of 0.1 m; `seed` tells it from others.
+    #[must_use]
+    pub fn smallest(family: &str, seed: u64) -> Self {
+        let material = MembraneMaterial {
+            density: 300.0,
+            young: 5e7,
+            poisson: 1.0 / 3.0,
+            fracture_energy: 500.0,
+            strength: 5e5,
+            law: MembraneLaw::Brittle,
+            scatter: 0.0,
+            bending_floor: 0.3,
+            damping: 0.1,
+        };
+        let air = SheetAir {
+            density: 0.0,
+            drag: 0.0,
+            wind: Vec3::zeros(),
+            gusts: [0.0; 2],
+            pressure: 0.0,
+        };
+        let sheet = MembraneSheet {
+            outline: vec![[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]],
+            notches: Vec::new(),
+            thickness: 1.5e-4,
+            spacing: 0.01,
+            horizon: 3.015,
+            material,
+            pose: Pose::identity(),
+            velocity: Vec3::zeros(),
+            grips: Vec::new(),
+            air,
+            diffusion: None,
+            pace: MembranePace::Softer(10.0),
+        };
+        let setup = ContinuumSetup {
+            body: ContinuumBody::Membrane(sheet),
+            world_step: 1.0 / 240.0,
+            gravity: Vec3::new(0.0, -9.81, 0.0),
+            seed,
+        };
+        let window = Window { first_step: 0, steps: 4, frame_every: 8, proxies: Vec::new() };
+        Self { family: family.into(), setup, state: None, window }
     }
 }

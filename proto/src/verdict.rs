@@ -4,10 +4,12 @@ use crate::codec::{self, WireError};
 use crate::envelope::{self, MessageKind};
 use crate::mesh::{self, Slabs};
 use crate::specimen::SpecimenResult;
+use crate::window;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
     BodyShape, Deformation, Figure, Fragment, Fragmentation, Grain, Report, SolveOutcome,
+    WindowOutcome,
 };
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +53,8 @@ pub enum Verdict {
     },
     /// What came out of a specimen, however it ended.
     Measured(Box<SpecimenResult>),
+    /// What came of a window of a body that moves as it deforms.
+    Moved(Box<WindowOutcome>),
 }
 
 impl From<Fragmentation> for Verdict {
@@ -164,6 +168,7 @@ impl Verdict {
                 envelope::seal(MessageKind::Verdict, &VerdictHeader::Failed { solver, text }, &[])
             }
             Self::Measured(result) => result.encode(),
+            Self::Moved(outcome) => window::encode_outcome(outcome),
         }
     }
 
@@ -174,6 +179,9 @@ impl Verdict {
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
         if envelope::is(MessageKind::SpecimenResult, bytes) {
             return Ok(Self::Measured(Box::new(SpecimenResult::decode(bytes)?)));
+        }
+        if envelope::is(MessageKind::WindowResult, bytes) {
+            return Ok(Self::Moved(Box::new(window::decode_outcome(bytes)?)));
         }
         let (header, slabs) = envelope::open::<VerdictHeader>(MessageKind::Verdict, bytes)?;
         let slabs = Slabs::new(slabs);

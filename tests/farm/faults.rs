@@ -65,6 +65,38 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
     assert!(trace.contains("\"ending\":\"lost\"") && trace.contains("lost with w"), "{trace}");
 }
 
+/// A window is a pure job: two sheets and twenty bodies go through deaths of workers to the digest
+/// of one worker that nobody disturbs.
+#[test]
+fn windows_of_sheets_go_through_kills_to_the_digest_of_a_quiet_run() {
+    let _left = common::left::NobodyLeft::watch();
+    let (quiet, out) = (unique("sheets-quiet"), unique("sheets-killed"));
+    let call = |workers| ["run", "--no-pictures", "--workers", workers, "--set"];
+    let started = |workers, out: &Path| {
+        let call = Cullet::new(&call(workers)).args(&["world.duration=1.2"]);
+        call.args(&["--out"]).path(out).args(&[&corpus("sheets.toml")]).spawn()
+    };
+    let mut alone = started("1", &quiet);
+    assert_eq!(alone.wait(Duration::from_secs(120)), Some(0), "{}", alone.stderr());
+    let mut run = started("3", &out);
+    let mut killed = 0;
+    while killed < 4 && !run.ended() {
+        // A window bears two losses: another is at work by the next.
+        if let Some(worker) = busy(run.id()) {
+            signal(worker, "KILL");
+            killed += 1;
+            sleep(Duration::from_secs(1));
+        }
+    }
+    assert!(killed > 1, "{killed} were killed: the run was too quick for this test");
+    assert_eq!(run.wait(Duration::from_secs(120)), Some(0), "{}", run.stderr());
+    let (quiet, summary) = (summary(&quiet), summary(&out));
+    assert_eq!(summary["digest"], quiet["digest"]);
+    let sheets = &summary["sheets"];
+    assert_eq!((&sheets["sheets"], &sheets["windows"]), (&2.into(), &108.into()), "{sheets:#}");
+    assert!(sheets["gap"].as_f64() < Some(1.0) && sheets == &quiet["sheets"], "{sheets:#}");
+}
+
 #[test]
 fn a_run_whose_job_keeps_dying_leaves_what_reproduces_it_and_a_timeline() {
     let _left = common::left::NobodyLeft::watch();

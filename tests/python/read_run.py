@@ -41,6 +41,9 @@ SCHEMAS = {
     "/jobs": "cullet.JobReport",
     "/pool": "cullet.PoolReport",
     "/stats": "cullet.RunStats",
+    "/sheets/surface": "cullet.SheetSurface",
+    "/sheets": "cullet.SheetFrame",
+    "/windows": "cullet.SheetWindow",
 }
 FRACTURED = 5
 REMOVED = 7
@@ -61,6 +64,8 @@ class Run:
         self.grains = {}
         self.fall, self.step = None, None
         self.compiled = None
+        self.surfaces = {}
+        self.framed, self.solved = {}, {}
 
     def want(self, holds, text):
         if not holds:
@@ -77,7 +82,7 @@ class Run:
             self.by_file(schema.name, message.data, decoded)
         if topic.startswith("/scene/"):
             self.scene(topic, decoded)
-        elif handler := getattr(self, f"on_{topic[1:]}", None):
+        elif handler := getattr(self, f"on_{topic[1:].replace('/', '_')}", None):
             handler(decoded)
 
     def by_file(self, name, data, decoded):
@@ -177,6 +182,34 @@ class Run:
             row = slice(3 * i, 3 * i + 3)
             self.grains[grain] = (list(told.positions[row]), list(told.velocities[row]))
 
+    def on_sheets_surface(self, surface):
+        self.want(surface.hash not in self.surfaces, "a surface is recorded twice")
+        self.want(len(surface.hash) == 32, "a digest is not 32 bytes")
+        points = len(surface.reference) // 2
+        self.want(len(surface.reference) == 2 * points, "a surface with a part of a point")
+        self.want(len(surface.triangles) % 3 == 0, "a surface with a part of a triangle")
+        self.want(max(surface.triangles, default=-1) < points, "a triangle without a point")
+        self.surfaces[surface.hash] = points
+
+    def on_sheets(self, frame):
+        what = f"sheet {frame.sheet} at step {frame.step}"
+        points = self.surfaces.get(frame.surface, -1)
+        self.want(points >= 0, f"{what} comes before its surface")
+        self.want(len(frame.offsets) == 3 * points, f"{what}: three offsets a point")
+        self.want(len(frame.quantity) in (0, points), f"{what}: one quantity a point")
+        self.want(self.framed.get(frame.sheet, -1) < frame.step, f"{what}: steps run back")
+        self.framed[frame.sheet] = frame.step
+
+    def on_windows(self, window):
+        what = f"sheet {window.sheet} from step {window.first_step}"
+        self.want(len(window.job) == len(window.state) == 32, f"{what}: a digest is not 32 bytes")
+        self.want(window.HasField("ledger"), f"{what}: a window without a ledger")
+        last = self.solved.get(window.sheet, 0)
+        self.want(last <= window.first_step, f"{what}: the window before ends at {last}")
+        self.solved[window.sheet] = window.first_step + window.steps
+        numbers = [piece.number for piece in window.pieces]
+        self.want(numbers == sorted(set(numbers)), f"{what}: pieces are not by number")
+
     def on_events(self, event):
         if event.kind == FRACTURED:
             self.fractures += 1
@@ -247,6 +280,9 @@ def compare(run, path):
         "fragments": len(born),
         "fractures": run.fractures,
     }
+    if run.framed:
+        found["sheets"] = len(set(run.framed) | set(run.solved))
+        summary["sheets"] = summary.get("sheets", {}).get("sheets")
     for key, value in found.items():
         run.want(summary[key] == value, f"summary: {key} is {summary[key]}, messages say {value}")
 
@@ -261,7 +297,8 @@ def main():
     run = Run()
     run.compiled = compiled(arguments.proto) if arguments.proto else None
     attachments, metadata = read(arguments.recording, run)
-    for topic in ALWAYS:
+    # A scene of sheets alone has no bodies.
+    for topic in ALWAYS if run.bodies or not run.framed else ("/tf", "/log", "/events"):
         run.want(run.counts[topic], f"nothing on {topic}")
     if not arguments.cut:
         run.want("end" in metadata, "the run has no end")

@@ -470,7 +470,8 @@ pub(super) fn declarations() -> Declarations {
     Declarations { messages, enums }
 }
 
-/// The schema that every message of ours is recorded with: a `FileDescriptorSet`.
+/// The schema that messages of ours are recorded with: a `FileDescriptorSet`. Those of sheets are
+/// in [`super::sheet_schema_bytes`].
 #[must_use]
 pub fn schema_bytes() -> Vec<u8> {
     declarations().to_bytes()

@@ -4,11 +4,19 @@
 mod appearance;
 mod messages;
 mod schema;
+mod sheet_error;
+mod sheets;
 mod solid;
 mod text;
+mod windows;
 
 pub use appearance::{Appearance, AppearanceError, AppearanceMaterial, AppearanceTexture};
 pub use messages::*;
 pub use schema::{PACKAGE, Recorded};
+pub use sheet_error::SheetError;
+pub use sheets::{
+    SheetFrame, SheetSurface, check_surface, schema_of, sheet_schema_bytes, surface_hash,
+};
 pub use solid::{GeometryError, geometry_hash};
 pub use text::schema_text;
+pub use windows::{SheetLedger, SheetPiece, SheetWindow};

@@ -196,14 +196,31 @@ pub(super) struct Declarations {
 impl Declarations {
     /// A `FileDescriptorSet` of one file, as MCAP wants protobuf schemas.
     pub(super) fn to_bytes(&self) -> Vec<u8> {
-        let file = FileDescriptorProto {
+        FileDescriptorSet { file: vec![self.file()] }.encode_to_vec()
+    }
+
+    /// The same with a second file, of messages that name those of the first.
+    pub(super) fn to_bytes_with(&self, name: &str, more: &[MessageDeclaration]) -> Vec<u8> {
+        let first = self.file();
+        let second = FileDescriptorProto {
+            name: Some(name.to_owned()),
+            dependency: vec![first.name().to_owned()],
+            message_type: more.iter().map(|it| it.descriptor.clone()).collect(),
+            package: first.package.clone(),
+            syntax: first.syntax.clone(),
+            ..Default::default()
+        };
+        FileDescriptorSet { file: vec![first, second] }.encode_to_vec()
+    }
+
+    fn file(&self) -> FileDescriptorProto {
+        FileDescriptorProto {
             name: Some("cullet/recording.proto".to_owned()),
             package: Some(PACKAGE.to_owned()),
             syntax: Some("proto3".to_owned()),
             message_type: self.messages.iter().map(|it| it.descriptor.clone()).collect(),
             enum_type: self.enums.iter().map(|it| it.descriptor.clone()).collect(),
             ..Default::default()
-        };
-        FileDescriptorSet { file: vec![file] }.encode_to_vec()
+        }
     }
 }

@@ -3,6 +3,7 @@
 
 use super::messages::declarations;
 use super::schema::{Comment, EnumDeclaration, MessageDeclaration, PACKAGE};
+use super::sheets;
 use foxglove::prost_types::FieldDescriptorProto;
 use foxglove::prost_types::field_descriptor_proto::{Label, Type};
 
@@ -11,17 +12,18 @@ const BEGINNING: &str = "\
 // them. Units are SI and stand in brackets, [1] for ratios; a column of triples has three entries a
 // row, one after another. Numbers of fields are never reused; later versions only add fields.
 //
-// Written by `cullet schema --recording` from proto/src/recording/messages.rs: change it there.
+// Written by `cullet schema --recording` from proto/src/recording: change it there.
 ";
 
-/// The `.proto` file of every message of ours: what [`super::schema_bytes`] describes, with the
-/// comments of the declarations.
+/// The `.proto` file of every message of ours: what [`super::sheet_schema_bytes`] describes, with
+/// the comments of the declarations.
 #[must_use]
 pub fn schema_text() -> String {
-    let all = declarations();
+    let (all, of_sheets) = (declarations(), sheets::declarations());
     let mut text = format!("{BEGINNING}\nsyntax = \"proto3\";\n\npackage {PACKAGE};\n");
     all.enums.iter().for_each(|it| put_enum(&mut text, it));
-    all.messages.iter().for_each(|it| put_message(&mut text, it));
+    let messages = all.messages.iter().chain(&of_sheets);
+    messages.for_each(|it| put_message(&mut text, it));
     text
 }
 
@@ -75,7 +77,7 @@ fn put_comment(text: &mut String, indent: &str, comment: Comment) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::schema_bytes;
+    use crate::recording::{schema_bytes, schema_of, sheet_schema_bytes};
     use foxglove::prost_types::{FileDescriptorProto, FileDescriptorSet};
     use prost::Message;
     use std::path::Path;
@@ -106,14 +108,14 @@ mod tests {
     /// What a recording embeds, as `message field = number: type`, from the file that this code
     /// did not write.
     fn embedded() -> Vec<String> {
-        let set = FileDescriptorSet::decode(&schema_bytes()[..]).expect("a descriptor set");
+        let set = FileDescriptorSet::decode(&sheet_schema_bytes()[..]).expect("a descriptor set");
         let file: &FileDescriptorProto = &set.file[0];
         let mut rows = Vec::new();
         for it in &file.enum_type {
             let name = it.name();
             rows.extend(it.value.iter().map(|v| format!("{name}: {} = {}", v.name(), v.number())));
         }
-        for it in &file.message_type {
+        for it in set.file.iter().flat_map(|file| &file.message_type) {
             for field in &it.field {
                 let kind = match field.type_name.as_deref() {
                     Some(name) => name.replace(".cullet.", ""),
@@ -153,5 +155,26 @@ mod tests {
             }
         }
         assert_eq!(rows, embedded());
+    }
+
+    /// A recording without sheets embeds what it did before there were any.
+    #[test]
+    fn messages_of_sheets_have_a_schema_of_their_own() {
+        let names = |bytes: &[u8]| -> Vec<Vec<String>> {
+            let set = FileDescriptorSet::decode(bytes).expect("a descriptor set");
+            let of = |file: &FileDescriptorProto| {
+                file.message_type.iter().map(|it| it.name().to_owned()).collect()
+            };
+            set.file.iter().map(of).collect()
+        };
+        let [plain] = &names(&schema_bytes())[..] else { panic!("one file") };
+        assert!(plain.iter().all(|name| !name.starts_with("Sheet")), "{plain:?}");
+        let both = names(&sheet_schema_bytes());
+        assert_eq!(&both[0], plain);
+        assert!(both[1].iter().all(|name| name.starts_with("Sheet")), "{both:?}");
+        assert_eq!(schema_of("cullet.Body"), schema_bytes());
+        for name in &both[1] {
+            assert_eq!(schema_of(&format!("cullet.{name}")), sheet_schema_bytes());
+        }
     }
 }

@@ -183,9 +183,11 @@ fn kind(error: &RunError) -> (AttemptEnd, u8) {
     match error {
         RunError::Abandoned { .. } => (AttemptEnd::Stalled, codes::STALLED),
         RunError::Record(_) | RunError::File { .. } => (AttemptEnd::Failed, codes::UNKEPT),
-        RunError::World(_) | RunError::Lost(_) | RunError::OutOfOrder { .. } => {
-            (AttemptEnd::Failed, codes::FAILED)
-        }
+        RunError::World(_)
+        | RunError::Lost(_)
+        | RunError::OutOfOrder { .. }
+        | RunError::Window { .. }
+        | RunError::TooManyNear { .. } => (AttemptEnd::Failed, codes::FAILED),
     }
 }
 

@@ -6,8 +6,8 @@ use super::run_status::{Clock, RunStatus};
 use super::store::Kept;
 use super::timeline::{Attempts, JobAttempt, JobFate, JobTimes, RunHistory, Stretch};
 use cullet_pool::{Attempted, JobEnding, RunHandle, Settlement, Try};
-use cullet_proto::{FractureJob, JobId, Verdict};
-use cullet_run::{JobPool, PoolLoad};
+use cullet_proto::{JobId, Verdict};
+use cullet_run::{JobPool, PoolLoad, WantedJob};
 use std::cell::RefCell;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, VecDeque};
@@ -104,7 +104,9 @@ impl<'a> ReplayingPool<'a> {
 
     fn note(&self, due: &Due, settlement: &Settlement) {
         let ending = match &settlement.ending {
-            JobEnding::Verdict(Verdict::Solved(_) | Verdict::Measured(_)) => JobFate::Solved,
+            JobEnding::Verdict(Verdict::Solved(_) | Verdict::Measured(_) | Verdict::Moved(_)) => {
+                JobFate::Solved
+            }
             JobEnding::Verdict(Verdict::Refused { .. }) => JobFate::Refused,
             JobEnding::Verdict(Verdict::Failed { .. }) => JobFate::Failed,
             JobEnding::Abandoned(_) => JobFate::Abandoned,
@@ -149,7 +151,7 @@ impl<'a> ReplayingPool<'a> {
 }
 
 impl JobPool for ReplayingPool<'_> {
-    fn open(&self, job: &FractureJob) -> JobId {
+    fn open(&self, job: WantedJob<'_>) -> JobId {
         let known = job.encode().ok().map(|bytes| JobId::of(&bytes));
         let kept = known.and_then(|job| self.kept.as_ref()?.get(job));
         let say = |job: JobId| {

@@ -53,6 +53,9 @@ pub(crate) fn run(args: &args::ExportArgs) -> Result<Exit, CommandError> {
     for text in left_out.collect::<BTreeSet<_>>() {
         logs::warn(format!("{}; what is written is without it", shown(text)));
     }
+    for note in reports.iter().flat_map(|report| &report.notes).collect::<BTreeSet<_>>() {
+        logs::warn(shown(note));
+    }
     if args.json {
         let text = serde_json::to_string_pretty(&reports).unwrap_or_default();
         print(text + "\n")?;
@@ -89,6 +92,11 @@ fn line(report: &ExportReport) -> String {
         (some, 0) => format!(", {some} grains"),
         (some, left) => format!(", {some} grains ({left} left out)"),
     };
+    let sheets = match report.sheets {
+        0 => String::new(),
+        1 => ", 1 sheet".to_owned(),
+        some => format!(", {some} sheets"),
+    };
     let frames = match report.frames {
         0 | 1 => String::new(),
         frames => format!(", {frames} frames"),
@@ -99,7 +107,7 @@ fn line(report: &ExportReport) -> String {
         some => format!(", {some} pictures{beside}"),
     };
     let (bodies, size) = (report.bodies, report.bytes as f64 / 1e6);
-    format!("{place}: {bodies} bodies{grains}{frames}{pictures}, {size:.1} MB")
+    format!("{place}: {bodies} bodies{grains}{sheets}{frames}{pictures}, {size:.1} MB")
 }
 
 fn failed(error: &ExportError, recording: &Path) -> CommandError {

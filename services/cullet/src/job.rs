@@ -30,6 +30,7 @@ pub(crate) fn job(args: &args::JobArgs) -> Result<Exit, CommandError> {
         Verdict::Refused { solver, text } => format!("{solver} refuses: {text}"),
         Verdict::Failed { solver, text } => format!("{solver} failed: {text}"),
         Verdict::Measured(result) => format!("a specimen: {:?}", result.outcome.ending),
+        Verdict::Moved(outcome) => format!("a window, {} frames", outcome.frames.len()),
     };
     print(format!("{told}; result {digest}\n"))?;
     Ok(Exit::Done)

@@ -138,7 +138,7 @@ pub use cullet_run::{News, Outcome, Position, RunError, RunOptions};
 #[doc(inline)]
 pub use cullet_record::Recording;
 #[doc(inline)]
-pub use cullet_record::{FragmentMass, PoseRow, RecordError, Summary};
+pub use cullet_record::{FragmentMass, PoseRow, RecordError, SheetMoment, Summary};
 
 /// Writes a recording as a file of another program, whose ending says which: `.glb`, `.usda` or
 /// `.csv`.

@@ -36,9 +36,14 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
 
 pub(crate) fn check(args: &args::Check) -> Result<Exit, CommandError> {
     let scene = read_scene(&args.scene)?;
+    let (bodies, steps, step) = (scene.bodies.len(), scene.steps(), scene.world.step);
+    let sheets = match scene.sheets.len() {
+        0 => String::new(),
+        count => format!("{count} sheets, "),
+    };
     let mut lines = vec![
         format!("{}: {}", shown(&scene.name), lines_of(&scene.description)),
-        format!("{} bodies, {} steps of {} s", scene.bodies.len(), scene.steps(), scene.world.step),
+        format!("{bodies} bodies, {sheets}{steps} steps of {step} s"),
     ];
     for body in &scene.bodies {
         let triangles = body.solid.mesh.triangles.len();
@@ -46,6 +51,13 @@ pub(crate) fn check(args: &args::Check) -> Result<Exit, CommandError> {
         let (name, material) = (shown(&body.name), shown(&body.material.name));
         lines.push(format!("  {name}: {material}, {mass:.4} kg, {triangles} triangles"));
         lines.extend(body.repairs.iter().map(|line| format!("    {}", shown(line))));
+    }
+    for sheet in &scene.sheets {
+        let (name, material) = (shown(&sheet.name), shown(&sheet.material.name));
+        let (thickness, spacing) = (sheet.sheet.thickness, sheet.sheet.spacing);
+        lines.push(format!(
+            "  {name}: {material}, a sheet {thickness} m thick, points {spacing} m apart"
+        ));
     }
     lines.extend(scene.warnings.iter().map(|line| format!("warning: {}", lines_of(line))));
     print(lines.join("\n") + "\n")?;
@@ -76,7 +88,11 @@ pub(crate) fn trouble(error: &RunError) -> CommandError {
     let exit = match error {
         RunError::Record(_) | RunError::File { .. } => Exit::Unkept,
         RunError::Abandoned { .. } => Exit::Stalled,
-        RunError::World(_) | RunError::Lost(_) | RunError::OutOfOrder { .. } => Exit::Failed,
+        RunError::World(_)
+        | RunError::Lost(_)
+        | RunError::OutOfOrder { .. }
+        | RunError::Window { .. }
+        | RunError::TooManyNear { .. } => Exit::Failed,
     };
     CommandError::new(exit, error)
 }

@@ -299,19 +299,32 @@ pub fn size3(_: &mut SchemaGenerator) -> Schema {
     }))
 }
 
-/// A list of points in a plane, two lengths each.
-pub fn points2(_: &mut SchemaGenerator) -> Schema {
+/// Two lengths.
+pub fn length2(_: &mut SchemaGenerator) -> Schema {
+    pair(Dimension::Length)
+}
+
+fn pair(dimension: Dimension) -> Schema {
+    json_schema!({ "type": "array", "items": scalar(dimension), "minItems": 2, "maxItems": 2 })
+}
+
+fn points() -> Schema {
     json_schema!({
         "type": "array",
-        "items": {
-            "type": "array",
-            "items": scalar(Dimension::Length),
-            "minItems": 2,
-            "maxItems": 2,
-        },
+        "items": pair(Dimension::Length),
         "minItems": 2,
         "maxItems": 4096,
     })
+}
+
+/// A list of points in a plane, two lengths each.
+pub fn points2(_: &mut SchemaGenerator) -> Schema {
+    points()
+}
+
+/// A list of lines in a plane, each a list of points.
+pub fn lines2(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": "array", "items": points(), "maxItems": 256 })
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod buffer;
 mod materials;
+mod moving;
 mod sheets;
 
 use crate::error::ExportError;
@@ -47,6 +48,9 @@ pub(crate) struct GlbContent {
     pub(crate) keys: usize,
     pub(crate) triangles: usize,
     pub(crate) pictures: usize,
+    pub(crate) sheets: usize,
+    /// What the reader should know of it.
+    pub(crate) notes: Vec<String>,
 }
 
 /// Our z is up, glTF's y: a turn about x.
@@ -84,6 +88,7 @@ struct GlbWriter<'a> {
     nodes: Vec<Index<Node>>,
     keys: usize,
     triangles: usize,
+    notes: Vec<String>,
 }
 
 /// Writes a timeline. `of`: which of its bodies.
@@ -112,12 +117,15 @@ pub(crate) fn write(
         nodes: Vec::new(),
         keys: 0,
         triangles: 0,
+        notes: Vec::new(),
     };
     let bodies: Vec<&BodyTrack> = timeline.bodies.iter().filter(|track| of(track)).collect();
     bodies.iter().for_each(|track| writer.body(track, scenery));
     let count = bodies.len();
     let grains = writer.grains(scenery);
-    writer.finish(count, grains)
+    let sheets = writer.moving(scenery);
+    let content = GlbContent { bodies: count, grains, sheets, ..GlbContent::default() };
+    writer.finish(content)
 }
 
 impl<'a> GlbWriter<'a> {
@@ -434,7 +442,7 @@ impl<'a> GlbWriter<'a> {
         })
     }
 
-    fn finish(mut self, bodies: usize, grains: usize) -> Result<GlbContent, ExportError> {
+    fn finish(mut self, content: GlbContent) -> Result<GlbContent, ExportError> {
         if !self.animation.channels.is_empty() {
             self.root.push(self.animation);
         }
@@ -458,7 +466,7 @@ impl<'a> GlbWriter<'a> {
         let glb = gltf::binary::Glb { header, json: Cow::Owned(text), bin: Some(Cow::Owned(bin)) };
         let bytes = glb.to_vec().map_err(|error| ExportError::Encode(error.to_string()))?;
         let (keys, triangles, pictures) = (self.keys, self.triangles, self.images.len());
-        Ok(GlbContent { bytes, bodies, grains, keys, triangles, pictures })
+        Ok(GlbContent { bytes, keys, triangles, pictures, notes: self.notes, ..content })
     }
 }
 

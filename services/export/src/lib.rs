@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | `.glb` | y | a node a body, its motion as an animation, visible by a scale of 1 or 0 |
 //! | `.usda` | z | a prim a body, with time samples, physics, primvars, grains as instances |
-//! | `.csv` | z | a table of the bodies, and one of their poses beside it |
+//! | `.csv` | z | a table of the bodies, and one of their poses beside it; those of sheets |
 //! | pieces | y | a GLB a fragment at rest, one of all of them, a table |
 //!
 //! Lengths are in metres. A file is whole or not there.
@@ -14,9 +14,11 @@ mod error;
 mod glb;
 mod keys;
 mod looks;
+mod moving;
 mod names;
 mod pictures;
 mod pieces;
+mod sheet_table;
 mod sheets;
 mod surface;
 mod table;
@@ -89,6 +91,17 @@ pub struct ExportReport {
     pub pictures: usize,
     /// Those that are not written, each with the reason in words.
     pub pictures_left_out: Vec<String>,
+    /// Sheets: bodies that move as they deform.
+    #[serde(skip_serializing_if = "is_none")]
+    pub sheets: usize,
+    /// What the reader should know of the files.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}
+
+/// Whether there are none: nothing is then said of them.
+fn is_none(count: &usize) -> bool {
+    *count == 0
 }
 
 /// A format of files.
@@ -248,6 +261,7 @@ fn write(
             report.grains_left_out = all - content.grains;
             report.pictures = content.pictures;
             report.pictures_left_out.clone_from(&timeline.pictures_left_out);
+            (report.sheets, report.notes) = (content.sheets, content.notes);
         }
         ExportFormat::Usda => {
             let content = usd::write(timeline, scenery, pictures);
@@ -255,12 +269,21 @@ fn write(
             report.put(output, content.text.as_bytes())?;
             (report.bodies, report.grains) = (content.bodies, all);
             (report.keys, report.triangles) = (content.keys, content.triangles);
+            report.sheets = content.sheets;
         }
         ExportFormat::Csv => {
             let tables = table::write(timeline, scenery);
             let stem = output.file_stem().unwrap_or_default().to_string_lossy();
             let beside = output.with_file_name(format!("{stem}_poses.csv"));
             report.put(&beside, tables.poses.as_bytes())?;
+            if scenery == Scenery::Motion && !timeline.windows.is_empty() {
+                let [windows, pieces] = sheet_table::write(timeline);
+                for (kind, text) in [("windows", windows), ("sheet_pieces", pieces)] {
+                    let beside = output.with_file_name(format!("{stem}_{kind}.csv"));
+                    report.put(&beside, text.as_bytes())?;
+                }
+                report.sheets = timeline.moving.len();
+            }
             report.put(output, tables.bodies.as_bytes())?;
             (report.bodies, report.keys) = (tables.count, tables.rows);
             report.grains_left_out = all;
@@ -308,6 +331,10 @@ impl ExportReport {
         self.triangles = self.triangles.max(other.triangles);
         self.pictures = self.pictures.max(other.pictures);
         self.pictures_left_out = other.pictures_left_out;
+        self.sheets = self.sheets.max(other.sheets);
+        self.notes.extend(other.notes);
+        self.notes.sort_unstable();
+        self.notes.dedup();
         self
     }
 }

@@ -1,6 +1,7 @@
 //! A recording as a film has it: who is there from when to when, and where at which frame.
 
 use crate::error::ExportError;
+use crate::moving::{ExportWindow, MovingTrack, tracks, windows};
 use crate::names::UniqueNames;
 use crate::pictures::{ArtistMaterial, ExportPicture, PictureShelf};
 use crate::sheets::{CrackSheet, sheet_mesh};
@@ -98,6 +99,10 @@ pub(crate) struct ExportTimeline {
     /// In order of birth.
     pub(crate) bodies: Vec<BodyTrack>,
     pub(crate) grains: Vec<GrainTrack>,
+    /// Sheets, that is bodies that move as they deform.
+    pub(crate) moving: Vec<MovingTrack>,
+    /// Windows of their time.
+    pub(crate) windows: Vec<ExportWindow>,
     /// Meshes by [`BodyTrack::mesh`].
     pub(crate) meshes: BTreeMap<Vec<u8>, ExportMesh>,
     /// Pictures of the materials of artists' meshes.
@@ -255,7 +260,8 @@ fn upright(recording: &Recording) -> Quat {
 fn range(recording: &Recording, wanted: &TimelineOptions) -> Result<FrameRange, ExportError> {
     let whole = recording.poses.last().map_or(0.0, |poses| poses.time);
     let events = recording.events.iter().map(|event| event.time);
-    let whole = events.fold(whole, f64::max);
+    let frames = recording.sheet_frames.iter().map(|frame| frame.time);
+    let whole = events.chain(frames).fold(whole, f64::max);
     let step = recording.meta.get("step").and_then(|s| s.parse().ok());
     let step: f64 = step.filter(|s: &f64| s.is_finite() && *s > 0.0).unwrap_or(1.0 / wanted.fps);
     let (start, end) = (wanted.start.unwrap_or(0.0), wanted.end.unwrap_or(whole));
@@ -275,6 +281,8 @@ impl ExportTimeline {
             range,
             bodies: bodies(recording, up),
             grains: Vec::new(),
+            moving: Vec::new(),
+            windows: windows(recording, [range.start, range.end])?,
             meshes: BTreeMap::new(),
             pictures: Vec::new(),
             pictures_left_out: Vec::new(),
@@ -285,6 +293,7 @@ impl ExportTimeline {
             track.name = names.give(&track.body.name);
         }
         timeline.add_sheets(recording, &mut names)?;
+        timeline.moving = tracks(recording, up, [range.start, range.end], &mut names)?;
         timeline.add_meshes(recording)?;
         if wanted.grains {
             timeline.grains = grains(recording, up, &range);

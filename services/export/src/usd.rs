@@ -2,14 +2,16 @@
 
 mod grains;
 mod materials;
+mod moving;
 mod prim;
 mod samples;
 
 use crate::looks::{colours, linear};
+use crate::moving::MovingTrack;
 use crate::names::UniqueNames;
 use crate::sheets::CrackSheet;
 use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
-use materials::{artist, plain};
+use materials::{artist, of_points, plain};
 use prim::PrimWriter;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -21,6 +23,7 @@ pub(crate) struct UsdContent {
     pub(crate) bodies: usize,
     pub(crate) keys: usize,
     pub(crate) triangles: usize,
+    pub(crate) sheets: usize,
 }
 
 /// A text between quotation marks.
@@ -81,6 +84,11 @@ pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery, folder: &str) -
         }
         objects.insert(object, name);
     }
+    let of_sheet = |track: &MovingTrack| match track.is_tinted() {
+        true => of_points(&format!("{}_sheet", track.name), 0.8),
+        false => plain(&format!("{}_sheet", track.name), track.colour, 0.0, 0.8),
+    };
+    looks.extend(timeline.moving.iter().map(of_sheet));
     let _ = write!(content.text, "    def Scope \"{}\"\n    {{\n{looks}    }}\n\n", taken[0]);
     for object in timeline.objects() {
         let look = &objects[object];
@@ -105,6 +113,10 @@ pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery, folder: &str) -
         content.text.push_str("    }\n\n");
     }
     grains::write(&mut content.text, timeline, scenery, &objects);
+    let moving = moving::write(&mut content.text, timeline, scenery);
+    content.sheets = moving.sheets;
+    (content.keys, content.triangles) =
+        (content.keys + moving.keys, content.triangles + moving.triangles);
     content.text.push_str("}\n");
     content
 }

@@ -23,7 +23,10 @@ impl ChangedTiles {
             mark(row, &old.near[line.clone()], &new.near[line.clone()]);
             if !new.who.is_empty() {
                 mark(row, &old.who[line.clone()], &new.who[line.clone()]);
-                mark(row, &old.normal[line.clone()], &new.normal[line]);
+                mark(row, &old.normal[line.clone()], &new.normal[line.clone()]);
+            }
+            if !new.tint.is_empty() {
+                mark(row, &old.tint[line.clone()], &new.tint[line]);
             }
         }
         Self { across, down, tiles }

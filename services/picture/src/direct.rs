@@ -30,7 +30,8 @@ const NEIGHBOURS: f64 = 0.9;
 /// The part of the run worth showing \[s\].
 pub(super) fn window(track: &Track) -> (f64, f64) {
     let (mut start, mut end) = (0.0, track.end);
-    if let Some(first) = climax(track) {
+    // What moves as it deforms is worth it all the time.
+    if let Some(first) = climax(track).filter(|_| track.sheets.is_empty()) {
         let last = track.breaks.last().map_or(first, |b| b.0);
         (start, end) = ((first - LEAD).max(0.0), (last + TAIL).min(track.end));
     }
@@ -97,7 +98,8 @@ pub(super) fn close(track: &Track, focus: &Focus, time: f64, size: (usize, usize
         heroes.contains(actor.object.as_str()) && !actor.fixed && !actor.is_grain()
     });
     let corners: Vec<Vec3> = present.flat_map(|(_, a, pose)| a.corners(pose)).collect();
-    let points = gathered(&corners, CLOSE_OUTLIERS);
+    let mut points = gathered(&corners, CLOSE_OUTLIERS);
+    points.extend(sheet_points(track, &[time]));
     let (low, high) = extent(&points);
     if points.is_empty() {
         return *focus;
@@ -125,6 +127,7 @@ fn action(track: &Track) -> Vec<Vec3> {
         }
     }
     whole.extend(gathered(&debris, OUTLIERS));
+    whole.extend(sheet_points(track, &moments));
     let (low, high) = extent(&whole);
     let (middle, size) = ((low + high) / 2.0, (high - low).norm());
     for (_, actor, pose) in track.present(moments[1]) {
@@ -137,6 +140,13 @@ fn action(track: &Track) -> Vec<Vec3> {
         whole.extend(track.present(0.0).flat_map(|(_, actor, pose)| actor.corners(pose)));
     }
     whole
+}
+
+/// Places of the points of sheets at these times, without those of pieces that flew far.
+fn sheet_points(track: &Track, times: &[f64]) -> Vec<Vec3> {
+    let there = times.iter().flat_map(|&time| track.sheets_at(time));
+    let all: Vec<Vec3> = there.flat_map(|(.., at)| at.places().iter().copied()).collect();
+    gathered(&all, CLOSE_OUTLIERS)
 }
 
 /// Debris without what flew far: it must not shrink the rest.

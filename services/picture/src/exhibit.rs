@@ -34,17 +34,8 @@ pub fn exhibit(
         velocities: vec![Vec3::zeros()],
         end: f64::INFINITY,
     };
-    let track = Track {
-        actors: (0..).zip(pieces).map(actor).collect(),
-        breaks: Vec::new(),
-        strikes: Vec::new(),
-        specks: Vec::new(),
-        lines: Vec::new(),
-        step: 1.0,
-        end: 0.0,
-        wanted: [None; 2],
-        up: Vec3::z(),
-    };
+    let actors = (0..).zip(pieces).map(actor).collect();
+    let track = Track { actors, ..Track::empty(1.0, Vec3::z()) };
     let corners: Vec<Vec3> = track.present(0.0).flat_map(|(_, a, pose)| a.corners(pose)).collect();
     let (low, high) = cullet_geometry::mesh::bounds(&corners).unwrap_or_default();
     let focus = Focus {

@@ -14,6 +14,9 @@ pub mod points;
 mod raster;
 mod reel;
 mod shade;
+#[cfg(test)]
+mod sheet_tests;
+mod sheets;
 mod stage;
 #[cfg(test)]
 mod tests;
@@ -196,6 +199,16 @@ fn draw_all(
 }
 
 fn caption(track: &Track, time: f64) -> String {
+    let pieces: usize = track.sheets.iter().map(|it| it.pieces(time)).sum();
+    let torn = match (track.sheets.len(), pieces) {
+        (sheets, pieces) if pieces <= sheets => String::new(),
+        (1, pieces) => format!("  sheet in {pieces} pieces"),
+        (sheets, pieces) => format!("  {sheets} sheets in {pieces} pieces"),
+    };
+    bodies_caption(track, time) + &torn
+}
+
+fn bodies_caption(track: &Track, time: f64) -> String {
     let fragments = || track.present(time).filter(|(_, actor, _)| actor.fragment);
     let shares: Option<Vec<(f64, bool)>> = fragments().map(|(_, actor, _)| actor.share).collect();
     match (fragments().count(), shares) {

@@ -26,6 +26,8 @@ pub(super) struct Buffers {
     pub(super) who: Vec<u32>,
     /// Its normal in the world.
     pub(super) normal: Vec<[f32; 3]>,
+    /// Of a surface that shows a quantity: how much of it there is \[1\]. Empty if there are none.
+    pub(super) tint: Vec<f32>,
 }
 
 /// An edge as a half plane: a·x + b·y + c ≥ 0 inside.
@@ -53,6 +55,7 @@ struct ScreenTriangle {
     /// [`ScreenCorner::near`] as a function of the place.
     near: Edge,
     who: u32,
+    tints: Option<[f32; 3]>,
 }
 
 impl Buffers {
@@ -61,10 +64,16 @@ impl Buffers {
         Self { who: vec![NOBODY; n], normal: vec![[0.0; 3]; n], ..Self::depth(width, height) }
     }
 
+    /// With room for quantities.
+    pub(super) fn tinted(width: usize, height: usize) -> Self {
+        Self { tint: vec![0.0; width * height], ..Self::new(width, height) }
+    }
+
     /// Depth alone, for shadows.
     pub(super) fn depth(width: usize, height: usize) -> Self {
         let near = vec![f32::NEG_INFINITY; width * height];
-        Self { width, height, near, who: Vec::new(), normal: Vec::new() }
+        let (who, normal, tint) = (Vec::new(), Vec::new(), Vec::new());
+        Self { width, height, near, who, normal, tint }
     }
 
     /// Draws a triangle whose corners run counter-clockwise on a screen with y up, that is
@@ -74,6 +83,17 @@ impl Buffers {
         &mut self,
         corners: [ScreenCorner; 3],
         who: u32,
+        normals: impl FnOnce() -> [Vec3; 3],
+    ) {
+        self.tinted_triangle(corners, who, None, normals);
+    }
+
+    /// The same, with a quantity at each corner.
+    pub(super) fn tinted_triangle(
+        &mut self,
+        corners: [ScreenCorner; 3],
+        who: u32,
+        tints: Option<[f32; 3]>,
         normals: impl FnOnce() -> [Vec3; 3],
     ) {
         let [p, q, r] = corners;
@@ -94,7 +114,7 @@ impl Buffers {
             scale * edges.iter().zip(&corners).map(|(e, c)| part(e) * c.near).sum::<f64>()
         };
         let near = Edge { a: weigh(|e| e.a), b: weigh(|e| e.b), c: weigh(|e| e.c) };
-        let facet = ScreenTriangle { edges, scale, near, who };
+        let facet = ScreenTriangle { edges, scale, near, who, tints };
         let wanted = (!self.who.is_empty()).then(normals);
         for y in rows {
             self.row(y, &columns, &facet, wanted.as_ref());
@@ -152,16 +172,25 @@ impl Buffers {
         };
         let bytes = |n: Vec3| [n.x as f32, n.y as f32, n.z as f32];
         let flat = (a == b && b == c).then(|| bytes(*a));
+        let shares = |x: i32| {
+            let xc = f64::from(x) + 0.5;
+            facet.edges.each_ref().map(|e| e.at(xc, yc) * facet.scale)
+        };
+        let tint = self.tint.get_mut(line.clone()).unwrap_or_default();
         let seen = self.who[line.clone()].iter_mut().zip(&mut self.normal[line]);
-        for ((x, old), (who, normal)) in (from..).zip(depth).zip(seen) {
+        for (k, ((x, old), (who, normal))) in (from..).zip(depth).zip(seen).enumerate() {
             let near = near(x);
             if near > *old {
                 (*old, *who) = (near, facet.who);
                 *normal = flat.unwrap_or_else(|| {
-                    let xc = f64::from(x) + 0.5;
-                    let share = facet.edges.each_ref().map(|e| e.at(xc, yc) * facet.scale);
+                    let share = shares(x);
                     bytes(a * share[0] + b * share[1] + c * share[2])
                 });
+                if let (Some(tints), Some(tint)) = (facet.tints, tint.get_mut(k)) {
+                    let parts =
+                        tints.iter().zip(shares(x)).map(|(tint, share)| tint * share as f32);
+                    *tint = parts.sum();
+                }
             }
         }
     }

@@ -8,6 +8,7 @@ use super::raster::{Buffers, ScreenCorner};
 #[cfg(test)]
 use super::shade::slow;
 use super::shade::{CRACK, Changed, Shaded, Shot};
+use super::sheets::SheetActor;
 use super::stage::{Focus, RenderContext, SAMPLES};
 use super::track::{Actor, Track};
 use cullet_geometry::{Pose, Vec3};
@@ -73,11 +74,17 @@ impl<'a> Reel<'a> {
         let camera = self.focus.camera.scaled(SAMPLES as f64);
         let mut stage =
             RenderContext::set(self.track, self.focus, &camera, &self.occlusion, self.shadow);
-        let mut seen = Buffers::new(self.size.0 * SAMPLES, self.size.1 * SAMPLES);
+        let tinted = self.track.sheets.iter().any(SheetActor::is_tinted);
+        let buffers = if tinted { Buffers::tinted } else { Buffers::new };
+        let mut seen = buffers(self.size.0 * SAMPLES, self.size.1 * SAMPLES);
         let nearest = NEAREST * self.focus.reach;
         for (who, actor, pose) in self.track.present(time) {
             draw_actor(&mut seen, &camera, who, actor, pose, nearest);
             shadow_actor(&mut stage.light, actor, pose);
+        }
+        for (who, sheet, places) in self.track.sheets_at(time) {
+            sheet.draw(&mut seen, (&camera, nearest), who, places);
+            SheetActor::shade(&mut stage.light, places);
         }
         (stage, camera, seen)
     }

@@ -9,6 +9,8 @@ use super::picture::Picture;
 use super::raster::{Buffers, NOBODY};
 use super::stage::{RenderContext, SAMPLES};
 use cullet_geometry::Vec3;
+use cullet_record::palette::Rgb;
+use cullet_record::scale;
 use std::ops::Range;
 
 /// Linear light, red, green, blue.
@@ -215,7 +217,8 @@ impl Shot<'_> {
         let at = SurfacePoint { point, normal, turns };
         let actor = stage.track.actor(body(who));
         if !actor.fixed {
-            let base = if who & CRACK == 0 { actor.outer } else { actor.inner };
+            let plain = if who & CRACK == 0 { actor.outer } else { actor.inner };
+            let base = self.tint(body(who), index).unwrap_or(plain);
             // Screen colours to light.
             return light(stage, &at, base.map(|c| c * c), open);
         }
@@ -224,6 +227,13 @@ impl Shot<'_> {
         }
         let (lit, asked) = light(stage, &at, floor(point), open);
         (fade(stage, self.camera, ray, point, lit), asked)
+    }
+
+    /// The colour of the quantity that a surface shows at a sample, if it does.
+    fn tint(&self, who: u32, index: usize) -> Option<Rgb> {
+        let &share = self.seen.tint.get(index)?;
+        self.stage.track.sheet(who).filter(|sheet| sheet.is_tinted())?;
+        Some(scale::colour(share, (0.0, 1.0)).map(|byte| f32::from(byte) / 255.0))
     }
 
     /// The sky, or a floor of our own in a scene without one.

@@ -1,5 +1,6 @@
 //! The bodies of a recording over time.
 
+use super::sheets::{SheetActor, SheetPlaces};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::EventKind;
@@ -13,6 +14,9 @@ const CREASE: f64 = 0.766;
 
 /// Stands for the number of any grain.
 const GRAIN: u64 = u64::MAX;
+
+/// Stands for the number of any sheet.
+const SHEET: u64 = u64::MAX - 1;
 
 /// Least size at which a grain is drawn, as a share of what it broke from \[1\].
 const LEAST_SPECK: f64 = 0.006;
@@ -64,7 +68,11 @@ pub(super) struct Track {
     pub(super) specks: Vec<Actor>,
     /// Lines of cracks that end inside bodies, as actors that move with them.
     pub(super) lines: Vec<Actor>,
-    /// When a body broke or took a new shape \[s\], in order, and which.
+    /// Bodies that move as they deform.
+    pub(super) sheets: Vec<SheetActor>,
+    /// What each of them looks like: actors without a mesh.
+    pub(super) looks: Vec<Actor>,
+    /// When a body broke, took a new shape or tore \[s\], in order, and which.
     pub(super) breaks: Vec<(f64, u64)>,
     /// What was struck by what, in order.
     pub(super) strikes: Vec<(f64, u64, u64)>,
@@ -122,6 +130,24 @@ impl Actor {
             outer: self.inner,
             inner: self.inner,
             mesh: Arc::new(Mesh::of(&solid)),
+            rows: Vec::new(),
+            velocities: Vec::new(),
+            end: f64::INFINITY,
+        }
+    }
+
+    /// What a sheet looks like.
+    fn of_sheet(sheet: &SheetActor) -> Self {
+        Self {
+            id: SHEET,
+            object: sheet.name.clone(),
+            fragment: false,
+            deformed: false,
+            share: None,
+            fixed: false,
+            outer: sheet.colour,
+            inner: sheet.colour,
+            mesh: Arc::new(Mesh::of(&Solid::outer(TriMesh::default()))),
             rows: Vec::new(),
             velocities: Vec::new(),
             end: f64::INFINITY,
@@ -217,21 +243,33 @@ pub(super) fn vector(text: Option<&String>) -> Option<Vec3> {
 }
 
 impl Track {
+    /// One without anything.
+    pub(super) fn empty(step: f64, up: Vec3) -> Self {
+        Self {
+            actors: Vec::new(),
+            specks: Vec::new(),
+            lines: Vec::new(),
+            sheets: Vec::new(),
+            looks: Vec::new(),
+            breaks: Vec::new(),
+            strikes: Vec::new(),
+            step,
+            end: 0.0,
+            wanted: [None; 2],
+            up,
+        }
+    }
+
     /// Puts a recording together again. What does not fit (a geometry that is no solid, a row of
     /// an unknown body) is left out: a damaged recording still gives a picture.
     pub(super) fn of(recording: &Recording) -> Self {
         let gravity = vector(recording.meta.get("gravity")).unwrap_or_else(Vec3::zeros);
         let time = |key: &str| recording.meta.get(key).and_then(|s| s.parse().ok());
+        let up = (-gravity).try_normalize(1e-12).unwrap_or_else(Vec3::z);
         let mut track = Self {
-            actors: Vec::new(),
-            specks: Vec::new(),
-            lines: Vec::new(),
-            breaks: Vec::new(),
-            strikes: Vec::new(),
-            step: time("step").unwrap_or(0.01),
-            end: 0.0,
+            sheets: SheetActor::all(recording),
             wanted: [time("view.start"), time("view.end")],
-            up: (-gravity).try_normalize(1e-12).unwrap_or_else(Vec3::z),
+            ..Self::empty(time("step").unwrap_or(0.01), up)
         };
         let mut meshes: BTreeMap<&[u8], Arc<Mesh>> = BTreeMap::new();
         for (hash, geometry) in &recording.geometries {
@@ -273,6 +311,7 @@ impl Track {
         track.reshape(recording, &mut index, &meshes);
         track.crumble(recording, &index);
         track.open(recording, &index);
+        track.tear();
         track
     }
 
@@ -386,6 +425,36 @@ impl Track {
         }
     }
 
+    /// What sheets add to what happens.
+    fn tear(&mut self) {
+        for sheet in &self.sheets {
+            self.end = self.end.max(sheet.end());
+            self.breaks.extend(sheet.tears().map(|time| (time, SHEET)));
+            self.looks.push(Actor::of_sheet(sheet));
+        }
+        self.breaks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+
+    /// The sheets there at a time, and where. Their numbers follow those of [`Track::present`].
+    pub(super) fn sheets_at(
+        &self,
+        time: f64,
+    ) -> impl Iterator<Item = (u32, &SheetActor, &SheetPlaces)> {
+        let first = self.actors.len() + self.specks.len() + self.lines.len();
+        let numbered = (first as u32..).zip(&self.sheets);
+        numbered.filter_map(move |(i, sheet)| Some((i, sheet, sheet.at(time)?)))
+    }
+
+    /// The sheet of that number.
+    pub(super) fn sheet(&self, who: u32) -> Option<&SheetActor> {
+        self.sheets.get(self.place_of_sheet(who)?)
+    }
+
+    fn place_of_sheet(&self, who: u32) -> Option<usize> {
+        let others = self.actors.len() + self.specks.len() + self.lines.len();
+        (who as usize).checked_sub(others)
+    }
+
     /// The bodies there at a time, and where; then the grains and the lines.
     pub(super) fn present(&self, time: f64) -> impl Iterator<Item = (u32, &Actor, &Pose)> {
         let all = self.actors.iter().chain(&self.specks).chain(&self.lines);
@@ -393,8 +462,11 @@ impl Track {
         numbered.filter_map(move |(i, actor)| Some((i, actor, actor.at(time)?)))
     }
 
-    /// Whom [`Track::present`] gives that number.
+    /// Whom [`Track::present`] or [`Track::sheets_at`] gives that number.
     pub(super) fn actor(&self, who: u32) -> &Actor {
+        if let Some(look) = self.place_of_sheet(who).and_then(|sheet| self.looks.get(sheet)) {
+            return look;
+        }
         let (who, bodies, specks) = (who as usize, self.actors.len(), self.specks.len());
         let speck = |who: usize| self.specks.get(who - bodies);
         let actor = self.actors.get(who).or_else(|| speck(who));

@@ -8,7 +8,7 @@ use super::stats::RunStats;
 use cullet_dispatch::{Event, Run, Share};
 use cullet_proto::outline::Parted;
 use cullet_proto::specimen::SpecimenJob;
-use cullet_proto::{FractureJob, JobId, WireError};
+use cullet_proto::{FractureJob, JobId, WindowJob, WireError};
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -60,6 +60,11 @@ impl RunHandle {
     /// As [`RunHandle::open`], for a specimen.
     pub fn open_specimen(&self, job: &SpecimenJob) -> JobId {
         self.want(Parted::of_specimen(job), Vec::new(), job)
+    }
+
+    /// As [`RunHandle::open`], for a window of a body that moves as it deforms.
+    pub fn open_window(&self, job: &WindowJob) -> JobId {
+        self.want(Parted::of_window(job), skill_table::asks_window(job), job)
     }
 
     fn want(

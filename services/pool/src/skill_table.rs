@@ -3,7 +3,7 @@
 use cullet_dispatch::{Build, Skills, Worker};
 use cullet_model::PointPrecision;
 use cullet_proto::pool::{Family, Hello};
-use cullet_proto::{FractureJob, SessionId};
+use cullet_proto::{FractureJob, SessionId, WindowJob};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Workers remembered; beyond it those whose link is down are forgotten, and asked again.
@@ -36,6 +36,11 @@ pub(super) fn words(families: &[Family]) -> Vec<String> {
 pub(super) fn asks(job: &FractureJob) -> Vec<Skill> {
     let names = [Some(&job.solver), job.fallback.as_ref()].into_iter().flatten();
     names.map(|name| (name.clone(), job.problem.settings.precision)).collect()
+}
+
+/// What a window asks of a worker: its family, in double precision.
+pub(super) fn asks_window(job: &WindowJob) -> Vec<Skill> {
+    vec![(job.family.clone(), PointPrecision::Double)]
 }
 
 #[derive(Debug, Default)]

@@ -42,6 +42,9 @@ impl Recorder {
         for (_, name) in due {
             self.draw_object(&name, all)?;
         }
+        if all {
+            self.draw_waiting_sheets()?;
+        }
         if drew && (all || self.time - self.drawing.overview_at >= DRAW_INTERVAL) {
             self.drawing.overview_at = self.time;
             self.draw_overview()?;

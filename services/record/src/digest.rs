@@ -1,9 +1,16 @@
 //! The digest of a run.
 
-use super::{BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, SHAPE};
+use super::{
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, SHAPE, SHEET_SURFACE, SHEETS, WINDOWS,
+};
+
+/// The topics of all that decided a run.
+const DECIDING: [&str; 11] =
+    [GEOMETRY, BODY, SHAPE, BODIES, DEBRIS, CRACKS, EVENTS, JOBS, SHEET_SURFACE, SHEETS, WINDOWS];
 
 /// BLAKE3 over everything that decided a run, in recorded order: geometry, bodies, poses, events
-/// and job reports. Wall times and worker names are on other topics and never reach it.
+/// and job reports, and of sheets their surfaces, frames and windows. Wall times and worker names
+/// are on other topics and never reach it.
 #[derive(Clone, Debug, Default)]
 pub struct RunDigest {
     hasher: blake3::Hasher,
@@ -12,7 +19,7 @@ pub struct RunDigest {
 impl RunDigest {
     /// Takes in one message if its topic decides; others are passed over.
     pub fn update(&mut self, topic: &str, payload: &[u8]) {
-        if ![GEOMETRY, BODY, SHAPE, BODIES, DEBRIS, CRACKS, EVENTS, JOBS].contains(&topic) {
+        if !DECIDING.contains(&topic) {
             return;
         }
         self.hasher.update(&(topic.len() as u64).to_le_bytes());

@@ -123,11 +123,11 @@ pub(super) fn timestamp(log_time: u64) -> Timestamp {
     Timestamp::new(seconds, (log_time % 1_000_000_000) as u32)
 }
 
-fn colour([r, g, b]: Rgb) -> Color {
+pub(super) fn colour([r, g, b]: Rgb) -> Color {
     Color { r: r.into(), g: g.into(), b: b.into(), a: 1.0 }
 }
 
-fn quaternion(rotation: &Quat) -> Quaternion {
+pub(super) fn quaternion(rotation: &Quat) -> Quaternion {
     Quaternion { x: rotation.i, y: rotation.j, z: rotation.k, w: rotation.w }
 }
 
@@ -269,14 +269,22 @@ fn ball_radius(volume: f64) -> f64 {
     libm::cbrt(volume * 0.75 / std::f64::consts::PI)
 }
 
-/// Middle \[m\] and radius \[m\] of the bodies that move, in the upright frame.
-pub(super) fn surroundings<'a>(bodies: impl Iterator<Item = &'a Live>, up: Vec3) -> (Vec3, f64) {
+/// Middle \[m\] and radius \[m\] of the bodies that move and of these balls, in the upright frame.
+pub(super) fn surroundings<'a>(
+    bodies: impl Iterator<Item = &'a Live>,
+    balls: Vec<(Vec3, f64)>,
+    up: Vec3,
+) -> (Vec3, f64) {
     let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
     for live in bodies.filter(|live| !live.body.fixed) {
         let Some(row) = &live.row else { continue };
         let at = upright(up) * row.pose.translation.vector;
         let points = live.shape.outer.points.iter();
         let far = points.map(|p| p.x * p.x + p.y * p.y + p.z * p.z).fold(0.0, f64::max).sqrt();
+        (low, high) = (low.inf(&at.add_scalar(-far)), high.sup(&at.add_scalar(far)));
+    }
+    for (centre, far) in balls {
+        let at = upright(up) * centre;
         (low, high) = (low.inf(&at.add_scalar(-far)), high.sup(&at.add_scalar(far)));
     }
     let radius = (high - low).norm() / 2.0;

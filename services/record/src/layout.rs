@@ -5,15 +5,15 @@ use super::display::UPRIGHT;
 use cullet_geometry::Vec3;
 use serde_json::{Value, json};
 
-/// A layout for Lichtblick and Foxglove that draws every object, the log and two plots, and looks
-/// at `centre` in the upright frame from as far as bodies within `radius` \[m\] of it need.
-pub(super) fn layout(objects: &[&str], centre: Vec3, radius: f64) -> String {
-    let mut topics = serde_json::Map::new();
-    for object in objects {
-        topics.insert(super::object::scene_topic(object), json!({ "visible": true }));
-    }
+/// A layout for Lichtblick and Foxglove that draws the objects of these topics, the log and two
+/// plots, and looks at `centre` in the upright frame from as far as bodies within `radius` \[m\] of
+/// it need.
+pub(super) fn layout(objects: Vec<String>, centre: Vec3, radius: f64) -> String {
+    let none = objects.is_empty();
+    let drawn = objects.into_iter().map(|topic| (topic, json!({ "visible": true })));
+    let mut topics: serde_json::Map<String, Value> = drawn.collect();
     // Where no object is drawn, the centres of the bodies are what there is to see.
-    topics.insert("/fragments".to_owned(), json!({ "visible": objects.is_empty() }));
+    topics.insert("/fragments".to_owned(), json!({ "visible": none }));
     let scene = json!({
         "cameraState": {
             "perspective": true, "distance": 4.0 * radius, "phi": 65, "thetaOffset": 40,

@@ -19,10 +19,13 @@
 //! | `/sampled` | `cullet.Sampled` | which fragments were sampled, and not solved |
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
 //! | `/appearance` | `cullet.Appearance` | what mesh files have beside the shapes |
+//! | `/sheets/surface` | `cullet.SheetSurface` | each surface of a sheet once, by digest |
+//! | `/sheets` | `cullet.SheetFrame` | where the points of a sheet are |
+//! | `/windows` | `cullet.SheetWindow` | what came of a window of a sheet's time |
 //!
 //! The digest of a run covers `/geometry`, `/body`, `/shape`, `/bodies`, `/debris`, `/cracks`,
-//! `/events` and `/jobs`: no wall time and no worker name is in them. Log time is simulated time;
-//! publish time is wall time since the start of the run.
+//! `/events`, `/jobs`, and of sheets all three topics: no wall time and no worker name is in them.
+//! Log time is simulated time; publish time is wall time since the start of the run.
 
 mod appearance;
 mod canvas;
@@ -45,6 +48,13 @@ mod recover;
 mod rest;
 pub mod scale;
 mod shares;
+mod sheet_book;
+mod sheet_census;
+mod sheet_display;
+mod sheet_read;
+#[cfg(test)]
+mod sheet_tests;
+mod sheets;
 mod sink;
 mod summary;
 pub mod synthetic;
@@ -64,10 +74,14 @@ pub use recorder::{Finished, Level, Recorder};
 pub use recover::{Recovery, recover};
 pub use rest::RestPlace;
 pub use shares::Shares;
+pub use sheet_book::SheetAbout;
+pub use sheet_census::{SheetCensus, SheetTotals};
+pub use sheet_read::{FrameTime, RecordedSheet, SheetMoment, SoundWindow};
+pub use sheets::SolvedWindow;
 pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
 pub use trace::{Trace, traces};
 
-use cullet_proto::recording::{AppearanceError, GeometryError};
+use cullet_proto::recording::{AppearanceError, GeometryError, SheetError};
 use std::path::{Path, PathBuf};
 
 /// Topic of [`cullet_proto::recording::Geometry`].
@@ -94,6 +108,12 @@ pub const POOL: &str = "/pool";
 pub const APPEARANCE: &str = "/appearance";
 /// Topic of [`cullet_proto::recording::RunStats`].
 pub const STATS: &str = "/stats";
+/// Topic of [`cullet_proto::recording::SheetSurface`].
+pub const SHEET_SURFACE: &str = "/sheets/surface";
+/// Topic of [`cullet_proto::recording::SheetFrame`].
+pub const SHEETS: &str = "/sheets";
+/// Topic of [`cullet_proto::recording::SheetWindow`].
+pub const WINDOWS: &str = "/windows";
 
 /// What the library says, or, where it only passes it on, what the system said to it.
 fn words(error: &mcap::McapError) -> String {
@@ -211,6 +231,24 @@ pub enum RecordError {
         body: u64,
         /// What is wrong with them.
         source: cullet_geometry::mesh::MeshError,
+    },
+    /// The recorder was told of a sheet that it does not know.
+    #[error("sheet {sheet} was not recorded before its {what}")]
+    UnknownSheet {
+        /// The sheet concerned.
+        sheet: u32,
+        /// What came too early.
+        what: &'static str,
+    },
+    /// A surface, frame or window of a sheet is not sound.
+    #[error("sheet {sheet} at step {step}: {source}")]
+    Sheet {
+        /// The sheet concerned.
+        sheet: u32,
+        /// The step of its frame, or the first of its window.
+        step: u64,
+        /// What is wrong with it.
+        source: SheetError,
     },
     /// A number that must be finite is not.
     #[error("{what} is {value}; it must be finite")]

@@ -22,8 +22,17 @@ pub(super) struct Object {
 
 /// The viewers' topic of an object.
 pub(super) fn scene_topic(object: &str) -> String {
-    let mut topic = "/scene/".to_owned();
-    for c in object.chars() {
+    topic("/scene/", object)
+}
+
+/// The viewers' topic of a sheet, which no object has.
+pub(super) fn sheet_topic(sheet: &str) -> String {
+    topic("/scene/sheets/", sheet)
+}
+
+fn topic(under: &str, name: &str) -> String {
+    let mut topic = under.to_owned();
+    for c in name.chars() {
         match c {
             c if c.is_alphanumeric() || "-_.".contains(c) => topic.push(c),
             c => topic.push_str(&format!("_{:x}_", u32::from(c))),

@@ -2,14 +2,15 @@
 
 use super::grains::{GrainRows, LongForm};
 use super::points::SPECIMEN;
+use super::sheet_census::SheetCensus;
 use super::summary::decode;
 use super::{
     APPEARANCE, BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, RecordError, SAMPLED, SHAPE,
-    Summary, Tally,
+    SHEET_SURFACE, SHEETS, Summary, Tally, WINDOWS,
 };
 use cullet_proto::recording::{
     Appearance, Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, Recorded, RunEvent,
-    Sampled,
+    Sampled, SheetFrame, SheetSurface, SheetWindow,
 };
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -176,6 +177,12 @@ pub struct Recording {
     pub sampled: Vec<Sampled>,
     /// What bodies look like, beside their shapes.
     pub appearances: Vec<Appearance>,
+    /// Surfaces of sheets by digest.
+    pub surfaces: BTreeMap<Vec<u8>, SheetSurface>,
+    /// Where the points of sheets are, in the order in which they were told.
+    pub sheet_frames: Vec<SheetFrame>,
+    /// What came of the windows of sheets, likewise.
+    pub windows: Vec<SheetWindow>,
     /// Bytes at the end of the file that were part of no whole record.
     pub lost_bytes: u64,
     /// True if something in it is not as it was written, or its end is missing though it has the
@@ -274,6 +281,12 @@ impl Recording {
             JOBS => self.reports.push(decode(topic, time, data)?),
             SAMPLED => self.sampled.push(decode(topic, time, data)?),
             APPEARANCE => self.appearances.push(decode(topic, time, data)?),
+            SHEET_SURFACE => {
+                let surface: SheetSurface = decode(topic, time, data)?;
+                self.surfaces.insert(surface.hash.clone(), surface);
+            }
+            SHEETS => self.sheet_frames.push(decode(topic, time, data)?),
+            WINDOWS => self.windows.push(decode(topic, time, data)?),
             _ => {}
         }
         Ok(())
@@ -309,6 +322,12 @@ impl Recording {
     pub fn spacings(&self) -> BTreeMap<u64, f64> {
         let made = self.reports.iter().filter(|report| report.fragments > 0);
         made.map(|report| (report.body, report.spacing)).collect()
+    }
+
+    /// What the windows of each sheet came to, by number.
+    #[must_use]
+    pub fn sheet_census(&self) -> &SheetCensus {
+        self.tally.sheets()
     }
 
     /// The summary, made from the messages.

@@ -5,6 +5,7 @@ use super::grains::{GrainMessage, GrainRows};
 use super::meta::{RunMeta, meta_map, up};
 use super::object::{self, Object};
 use super::pose_row::PoseRow;
+use super::sheet_book::SheetBook;
 use super::sink::{Sink, Stamp};
 use super::{
     BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, SAMPLED, SHAPE,
@@ -89,6 +90,8 @@ pub struct Recorder {
     /// The grains told of.
     grains: GrainRows,
     pub(super) objects: BTreeMap<String, Object>,
+    /// The sheets told of.
+    pub(super) sheets: SheetBook,
     pub(super) drawing: DrawBudget,
     laid_out: bool,
     started: Instant,
@@ -136,6 +139,7 @@ impl Recorder {
             names: BTreeMap::new(),
             materials: (meta.materials.keys().cloned().collect(), BTreeMap::new()),
             objects: BTreeMap::new(),
+            sheets: SheetBook::default(),
             drawing: DrawBudget::new(meta),
             laid_out: false,
             started: Instant::now(),
@@ -155,7 +159,7 @@ impl Recorder {
         Stamp { log: self.now, publish }
     }
 
-    fn at(&mut self, step: u64, time: f64) -> Result<(), RecordError> {
+    pub(super) fn at(&mut self, step: u64, time: f64) -> Result<(), RecordError> {
         if !time.is_finite() {
             return Err(RecordError::NotFinite { what: "simulated time", value: time });
         }
@@ -164,7 +168,11 @@ impl Recorder {
         Ok(())
     }
 
-    fn deciding<M: Recorded>(&mut self, topic: &str, message: &M) -> Result<(), RecordError> {
+    pub(super) fn deciding<M: Recorded>(
+        &mut self,
+        topic: &str,
+        message: &M,
+    ) -> Result<(), RecordError> {
         let stamp = self.stamp();
         let payload = self.sink.own(topic, stamp, message)?;
         self.tally.message(topic, stamp.log, &payload)
@@ -288,14 +296,19 @@ impl Recorder {
         }
         if !self.laid_out {
             self.laid_out = true;
-            let (centre, radius) = display::surroundings(self.bodies.values(), self.up);
-            let drawn = self.objects.keys().filter(|_| self.drawing.objects);
-            let objects: Vec<&str> = drawn.map(String::as_str).collect();
-            let layout = super::layout::layout(&objects, centre, radius);
-            self.sink.attach("layout.json", "application/json", layout.as_bytes())?;
+            self.lay_out()?;
         }
         self.draw(false)?;
         self.flush_if_due()
+    }
+
+    fn lay_out(&mut self) -> Result<(), RecordError> {
+        let balls = self.sheets.balls();
+        let (centre, radius) = display::surroundings(self.bodies.values(), balls, self.up);
+        let objects = self.objects.keys().map(|object| object::scene_topic(object));
+        let drawn = objects.chain(self.sheets.topics()).filter(|_| self.drawing.objects);
+        let layout = super::layout::layout(drawn.collect(), centre, radius);
+        self.sink.attach("layout.json", "application/json", layout.as_bytes())
     }
 
     /// Records grains of debris: all of a new one, and where those that fly are. `grains`: all that

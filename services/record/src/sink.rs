@@ -1,7 +1,7 @@
 //! The MCAP file under a recording: channels, times, chunks, and getting them onto the disk.
 
 use super::RecordError;
-use cullet_proto::recording::{Recorded, schema_bytes};
+use cullet_proto::recording::{Recorded, schema_of};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use std::collections::BTreeMap;
@@ -57,7 +57,7 @@ impl Sink {
         message: &M,
     ) -> Result<Vec<u8>, RecordError> {
         let payload = message.to_bytes();
-        self.raw(topic, (M::NAME, schema_bytes), stamp, &payload)?;
+        self.raw(topic, (M::NAME, || schema_of(M::NAME)), stamp, &payload)?;
         Ok(payload)
     }
 

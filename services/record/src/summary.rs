@@ -2,13 +2,15 @@
 //! with the same code, from a finished file.
 
 use super::shares::{Census, Shares};
+use super::sheet_census::{SheetCensus, SheetTotals};
 use super::{
     BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, POOL, RecordError, RunDigest, SAMPLED, SHAPE,
+    SHEETS, WINDOWS,
 };
 use cullet_geometry::Solid;
 use cullet_proto::recording::{
     Body, BodyPoses, EventKind, Geometry, Grains, JobReport, Ledger, NewShape, PoolReport,
-    Recorded, RunEvent, Verdict,
+    Recorded, RunEvent, SheetFrame, SheetWindow, Verdict,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -104,6 +106,9 @@ pub struct Summary {
     /// does not tell, as old ones do not.
     #[serde(default)]
     pub shares: Option<Shares>,
+    /// What came of sheets; nothing, and no key, where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheets: Option<SheetTotals>,
     /// Fracture jobs.
     pub jobs: Jobs,
     /// How many jobs each solver answered.
@@ -139,6 +144,7 @@ pub struct Tally {
     volumes: BTreeMap<String, f64>,
     smallest: Option<f64>,
     census: Census,
+    sheets: SheetCensus,
 }
 
 impl Tally {
@@ -179,6 +185,16 @@ impl Tally {
                 if !report.solver.is_empty() {
                     *self.summary.solvers.entry(report.solver).or_default() += 1;
                 }
+            }
+            SHEETS => {
+                let frame: SheetFrame = decode(topic, log_time, payload)?;
+                self.at(frame.step, frame.time);
+                self.sheets.frame(&frame);
+            }
+            WINDOWS => {
+                let window: SheetWindow = decode(topic, log_time, payload)?;
+                self.at(window.end_step(), window.time);
+                self.sheets.window(&window);
             }
             SAMPLED => self.census.mark(&decode(topic, log_time, payload)?),
             POOL => {
@@ -256,6 +272,11 @@ impl Tally {
         self.census.gone(body);
     }
 
+    /// What the windows of each sheet came to.
+    pub(super) fn sheets(&self) -> &SheetCensus {
+        &self.sheets
+    }
+
     /// Jobs opened and not settled.
     #[must_use]
     pub fn jobs_open(&self) -> u64 {
@@ -279,6 +300,7 @@ impl Tally {
             bodies_final: self.alive.len() as u64,
             smallest_volume_ratio: self.smallest.unwrap_or(1.0),
             digest: self.digest.hex(),
+            sheets: self.sheets.totals(),
             shares: self.census.shares(self.summary.fractures, self.summary.grain_mass),
             ..self.summary.clone()
         }

@@ -1,4 +1,7 @@
-//! A run made by hand: a cube falls onto a slab and splits in two.
+//! A run made by hand: a cube falls onto a slab and splits in two. Beside it, if wanted, a sheet
+//! waves and tears.
+
+pub mod waving;
 
 use super::{Event, Finished, PoseRow, RecordError, Recorder, RunMeta, Touch};
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
@@ -245,4 +248,18 @@ pub fn run(path: &Path, meta: &RunMeta) -> Result<Finished, RecordError> {
     let time = STEPS as f64 * STEP;
     recorder.event(STEPS, time, &held)?;
     recorder.finish(STEPS, time)
+}
+
+/// Records the whole run, with the sheet of [`waving`].
+///
+/// # Errors
+/// The file cannot be written.
+pub fn run_with_sheet(path: &Path, meta: &RunMeta) -> Result<Finished, RecordError> {
+    let mut recorder = begin(path, meta)?;
+    waving::begin(&mut recorder);
+    for k in 0..=STEPS {
+        waving::step(&mut recorder, k)?;
+        step(&mut recorder, k)?;
+    }
+    recorder.finish(STEPS, STEPS as f64 * STEP)
 }

@@ -22,7 +22,9 @@ pub(super) fn meta(scene: &Scene) -> RunMeta {
              G_f {fracture_energy} J/m²"
         )
     };
-    let materials = scene.bodies.iter().map(|b| (b.material.name.clone(), described(&b.material)));
+    let of_bodies = scene.bodies.iter().map(|body| &body.material);
+    let all = of_bodies.chain(scene.sheets.iter().map(|sheet| &sheet.material));
+    let materials = all.map(|material| (material.name.clone(), described(material)));
     RunMeta {
         scene: scene.name.clone(),
         seed: scene.world.seed,
@@ -76,6 +78,7 @@ pub(super) fn observed(summary: &Summary, broken: &BTreeMap<String, u64>) -> Obs
         bodies_final: summary.bodies_final,
         failed: summary.jobs.failed,
         open_fragments: summary.open_fragments,
+        sheet_pieces: summary.sheets.map_or(0, |sheets| sheets.pieces),
         mass_rel_error: summary.ledger.mass_rel_error,
         momentum_rel_error: summary.ledger.momentum_rel_error,
         energy_gain_rel: summary.ledger.energy_gain_rel,

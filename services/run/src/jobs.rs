@@ -1,13 +1,35 @@
 //! Where a run has its fracture jobs done, and how much there is to do.
 
 use cullet_pool::{RunHandle, RunStats, Settlement};
-use cullet_proto::{FractureJob, JobId};
+use cullet_proto::{FractureJob, JobId, WindowJob, WireError};
 use std::time::Duration;
 
-/// A pool that does the fracture jobs of a run.
+/// A job that a run wants done.
+#[derive(Clone, Copy, Debug)]
+pub enum WantedJob<'a> {
+    /// A body to be broken.
+    Fracture(&'a FractureJob),
+    /// A window of a body that moves as it deforms.
+    Window(&'a WindowJob),
+}
+
+impl WantedJob<'_> {
+    /// Its canonical bytes.
+    ///
+    /// # Errors
+    /// The limit of the wire that it breaks.
+    pub fn encode(&self) -> Result<Vec<u8>, WireError> {
+        match self {
+            Self::Fracture(job) => job.encode(),
+            Self::Window(job) => job.encode(),
+        }
+    }
+}
+
+/// A pool that does the jobs of a run.
 pub trait JobPool {
     /// Wants a job done.
-    fn open(&self, job: &FractureJob) -> JobId;
+    fn open(&self, job: WantedJob<'_>) -> JobId;
     /// The next job to settle, in opening order; `None` if none does within `timeout`.
     fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)>;
     /// What is wanted, and how far it is.
@@ -39,8 +61,11 @@ pub enum Idle {
 }
 
 impl JobPool for RunHandle {
-    fn open(&self, job: &FractureJob) -> JobId {
-        RunHandle::open(self, job)
+    fn open(&self, job: WantedJob<'_>) -> JobId {
+        match job {
+            WantedJob::Fracture(job) => RunHandle::open(self, job),
+            WantedJob::Window(job) => self.open_window(job),
+        }
     }
 
     fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {

@@ -4,13 +4,15 @@
 mod convert;
 mod job;
 mod jobs;
+mod moving;
 mod notices;
 mod settle;
+mod sheets;
 #[cfg(test)]
 mod tests;
 
 pub use cullet_proto::service::Position;
-pub use jobs::{Idle, JobPool, PoolLoad};
+pub use jobs::{Idle, JobPool, PoolLoad, WantedJob};
 
 use cullet_geometry::Vec3;
 use cullet_geometry::attributes::SurfaceAttributes;
@@ -20,8 +22,9 @@ use cullet_proto::{FractureJob, JobId};
 use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use cullet_scene::{Scene, SceneBody, rigid};
 use cullet_world::{BodyId, Hit, World, WorldError};
+use moving::{Arrived, RunningSheet, sheets_of};
 use notices::Notices;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -91,6 +94,28 @@ pub enum RunError {
         /// What was due.
         due: String,
     },
+    /// A window of a sheet came to nothing.
+    #[error("{sheet}: window {job} after {time} s came to nothing: {reason}")]
+    Window {
+        /// The sheet.
+        sheet: String,
+        /// Digest of the window.
+        job: String,
+        /// Simulated time at which it was to begin \[s\].
+        time: f64,
+        /// What the worker or the pool says.
+        reason: String,
+    },
+    /// Too many rigid bodies in reach of a sheet.
+    #[error("{sheet}: {bodies} bodies are in its reach; a window holds at most {most}")]
+    TooManyNear {
+        /// The sheet.
+        sheet: String,
+        /// How many there are.
+        bodies: usize,
+        /// The bound.
+        most: usize,
+    },
     /// A file could not be written.
     #[error("{path}: {}", cullet_files::regular::words(source))]
     File {
@@ -145,6 +170,10 @@ struct SceneRun<'a> {
     recorder: Recorder,
     origins: BTreeMap<BodyId, ObjectOrigin>,
     pending: VecDeque<Pending>,
+    /// Settlements of the first of these that came while a window was waited for.
+    arrived: Arrived,
+    sheets: Vec<RunningSheet>,
+    told_of_sheets: BTreeSet<String>,
     seen: Experience,
     fractures: u64,
     broken: BTreeMap<String, u64>,
@@ -173,6 +202,9 @@ pub fn run(
         recorder,
         origins: BTreeMap::new(),
         pending: VecDeque::new(),
+        arrived: Arrived::new(),
+        sheets: sheets_of(scene),
+        told_of_sheets: BTreeSet::new(),
         seen: Experience::default(),
         fractures: 0,
         broken: BTreeMap::new(),
@@ -216,7 +248,8 @@ impl SceneRun<'_> {
             }
         }
         self.record_appearances(&bodies)?;
-        self.record_poses()
+        self.announce_sheets();
+        Ok(())
     }
 
     /// Records what mesh files have beside their shapes, once for all bodies of one mesh.
@@ -240,16 +273,25 @@ impl SceneRun<'_> {
 
     fn steps(&mut self) -> Result<bool, RunError> {
         let last = self.scene.steps();
+        if !self.open_windows()? {
+            return Ok(true);
+        }
+        self.record_poses()?;
         while self.world.step_count() < last {
             if self.options.stop.load(Ordering::Relaxed) {
                 return Ok(true);
             }
+            self.push_bodies();
             let hits = self.world.step()?;
+            self.lead_bodies();
             self.judge(hits)?;
-            if !self.settle_until(self.world.step_count())? {
+            if !self.settle_until(self.world.step_count())? || !self.close_windows()? {
                 return Ok(true);
             }
             self.record_poses()?;
+            if self.world.step_count() < last && !self.open_windows()? {
+                return Ok(true);
+            }
             if let Some(line) = self.notices.fallen(&self.world) {
                 self.say(line);
             }
@@ -337,7 +379,7 @@ impl SceneRun<'_> {
         let fallback = fallback.map(str::to_owned);
         let job = FractureJob { solver: order.family.clone(), fallback, problem };
         pending.asked = job.solver.clone();
-        pending.id = self.pool.open(&job);
+        pending.id = self.pool.open(WantedJob::Fracture(&job));
         let (solver, reason) = (pending.asked.clone(), reasons.join("; "));
         self.event(&Event::JobOpened { body: number(body), job: pending.id.0, solver, reason })?;
         self.pending.push_back(pending);
@@ -347,15 +389,12 @@ impl SceneRun<'_> {
     /// Waits for the jobs that are due by a step and settles them. False: asked to stop.
     fn settle_until(&mut self, step: u64) -> Result<bool, RunError> {
         while self.pending.front().is_some_and(|p| p.due <= step) {
-            let settled = loop {
-                if self.options.stop.load(Ordering::Relaxed) {
-                    return Ok(false);
-                }
-                if let Some(settled) = self.pool.settled(PATIENCE) {
-                    break settled;
-                }
-                self.recorder.flush_if_due()?;
-                self.tell_position();
+            let settled = match self.arrived.pop_front() {
+                Some(settled) => settled,
+                None => match self.next_settlement()? {
+                    Some(settled) => settled,
+                    None => return Ok(false),
+                },
             };
             let Some(pending) = self.pending.pop_front() else {
                 break;

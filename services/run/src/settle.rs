@@ -39,7 +39,10 @@ impl SceneRun<'_> {
             }
             // A family that deforms bodies has no spacings to compare.
             Verdict::Solved(Solved::Deformed(_)) => None,
-            Verdict::Refused { .. } | Verdict::Failed { .. } | Verdict::Measured(_) => None,
+            Verdict::Refused { .. }
+            | Verdict::Failed { .. }
+            | Verdict::Measured(_)
+            | Verdict::Moved(_) => None,
         };
         let enough = match job.order.refinement.next(outcome, &mut self.seen) {
             Next::Finer(why) => return self.solve_finer(job, verdict, why),
@@ -69,9 +72,9 @@ impl SceneRun<'_> {
         let (verdict, solver, text) = match verdict {
             Verdict::Refused { solver, text } => (recording::Verdict::Refused, solver, text),
             Verdict::Failed { solver, text } => (recording::Verdict::Failed, solver, text),
-            Verdict::Solved(_) | Verdict::Measured(_) => {
+            Verdict::Solved(_) | Verdict::Measured(_) | Verdict::Moved(_) => {
                 let name = self.world.body(job.body).map_or("", |view| view.name).to_owned();
-                let why = "a specimen's result came for it".to_owned();
+                let why = "the result of another kind of job came for it".to_owned();
                 return self.abandoned(job, name, why).map(|()| String::new());
             }
         };

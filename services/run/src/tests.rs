@@ -1,14 +1,15 @@
 mod dent;
 mod resting;
+mod sheets;
 mod solids;
 
-use super::{JobPool, PoolLoad, RunOptions, run};
+use super::{JobPool, PoolLoad, RunOptions, WantedJob, run};
 use cullet_geometry::shapes::{Detail, cuboid};
 use cullet_geometry::{Pose, Sheet, Solid, Vec3};
 use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_pool::{JobEnding, Settlement};
 use cullet_proto::recording::EventKind;
-use cullet_proto::{FractureJob, JobId, Verdict};
+use cullet_proto::{JobId, Verdict};
 use cullet_record::Recording;
 use cullet_scene::load;
 use std::cell::RefCell;
@@ -27,7 +28,8 @@ struct Halver {
 }
 
 impl JobPool for Halver {
-    fn open(&self, job: &FractureJob) -> JobId {
+    fn open(&self, job: WantedJob<'_>) -> JobId {
+        let WantedJob::Fracture(job) = job else { panic!("no fracture") };
         let id = JobId::of(&job.encode().expect("a job"));
         let spacing = job.problem.settings.spacing.unwrap_or(0.0);
         self.waiting.borrow_mut().push_back((id, spacing));

@@ -17,6 +17,8 @@ pub struct Observed {
     pub failed: u64,
     /// Fragments whose surface is not closed.
     pub open_fragments: u64,
+    /// Parts that sheets have come to.
+    pub sheet_pieces: u64,
     /// Largest relative error of mass \[1\].
     pub mass_rel_error: f64,
     /// Largest relative error of momentum \[1\].
@@ -61,6 +63,7 @@ impl Expect {
             ("bodies_final", self.bodies_final, seen.bodies_final),
             ("failed", self.failed, seen.failed),
             ("open_fragments", self.open_fragments, seen.open_fragments),
+            ("sheet_pieces", self.sheet_pieces, seen.sheet_pieces),
         ];
         for (name, bounds, value) in counts {
             broken.extend(bounds.and_then(|bounds| outside(name, bounds, value)));
@@ -169,6 +172,7 @@ mod tests {
         let expect = Expect {
             fragments: Some(Bounds { min: Some(31), max: None }),
             open_fragments: Some(Bounds { min: None, max: Some(0) }),
+            sheet_pieces: Some(Bounds { min: Some(2), max: None }),
             broken: vec!["ball".to_owned()],
             unbroken: vec!["pot".to_owned()],
             min_fragments_of: [("pot".to_owned(), 21)].into(),
@@ -187,6 +191,7 @@ mod tests {
             [
                 "fragments must be at least 31; it was 30",
                 "open_fragments must be at most 0; it was 1",
+                "sheet_pieces must be at least 2; it was 0",
                 "mass_rel_error must be at most 1e-9; it was NaN",
                 "energy_gain_rel must be at most 0; it was 0.001",
                 "ball must break; it stayed whole",

@@ -12,6 +12,7 @@ mod generator;
 mod material;
 mod plasticity;
 mod shape;
+mod sheet;
 mod show;
 mod treatment;
 
@@ -23,6 +24,10 @@ pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub(crate) use material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
 pub use plasticity::{HeatSoftening, Plasticity};
 pub use shape::Shape;
+pub use sheet::{
+    Air, Coupling, Diffusion, Grip, GripPlace, SheetBody, SheetInflow, SheetLaw, SheetPatch,
+    WavePace,
+};
 pub use show::{Bounds, Expect, RecordingSettings, ShareBounds, View};
 pub use treatment::{GlassTreatment, InterlayerFilm};
 
@@ -34,7 +39,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 /// A scene file: which bodies there are, how they move, how they break, and what a run must show.
-/// A scene has at least one body.
+/// A scene has at least one body or sheet.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[derive(Default)]
@@ -62,6 +67,8 @@ pub struct Document {
     pub stack: Vec<Stack>,
     /// Equal bodies at random places in a box.
     pub scatter: Vec<Scatter>,
+    /// Thin sheets that move and tear for as long as the run lasts.
+    pub sheet: Vec<SheetBody>,
     /// What a run of the scene must show.
     pub expect: Expect,
     /// What the recording of a run holds beside what decides the run.

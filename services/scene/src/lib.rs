@@ -26,6 +26,7 @@ pub mod rigid;
 mod scene;
 pub mod schema;
 pub mod shape;
+pub mod sheet;
 mod sourced;
 pub mod strength;
 pub mod surface_detail;
@@ -43,4 +44,5 @@ pub use material::{
 pub use reference::reference;
 pub use scene::{Scene, SceneBody};
 pub use schema::schema;
+pub use sheet::SceneSheet;
 pub use treatment::PresetTreatment;

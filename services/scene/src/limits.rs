@@ -27,6 +27,7 @@ pub(super) fn check(context: &mut ResolveContext<'_>, document: &Document, bodie
         ("bodies_final", e.bodies_final),
         ("failed", e.failed),
         ("open_fragments", e.open_fragments),
+        ("sheet_pieces", e.sheet_pieces),
     ];
     for (name, range) in ranges {
         if let Some((Some(least), Some(most))) = range.map(|range| (range.min, range.max))
@@ -52,9 +53,9 @@ pub(super) fn check(context: &mut ResolveContext<'_>, document: &Document, bodie
         let message = format!("must be after `start`, {start} s; it is {end} s");
         context.wrong(&path(&["view", "end"]), message);
     }
-    let lists = ["body", "grid", "stack", "scatter"];
+    let lists = ["body", "grid", "stack", "scatter", "sheet"];
     if lists.iter().all(|list| context.root.items(list).is_empty()) {
-        context.wrong(&[], "the scene has no body");
+        context.wrong(&[], "the scene has no body and no sheet");
     }
 }
 

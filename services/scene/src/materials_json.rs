@@ -7,11 +7,13 @@ use cullet_model::{Hardening, Interlayer, JohnsonCook, Treatment};
 use serde_json::{Map, Value, json};
 
 impl Scene {
-    /// Every material that a body of the scene is made of, by name: each number with its unit, 1
-    /// for those that have none. A preset that the scene changed has the values of the scene.
+    /// Every material that a body or a sheet of the scene is made of, by name: each number with its
+    /// unit, 1 for those that have none. A preset that the scene changed has the values of the
+    /// scene.
     #[must_use]
     pub fn materials_json(&self) -> String {
-        let materials = self.bodies.iter().map(|body| &*body.material);
+        let of_bodies = self.bodies.iter().map(|body| &*body.material);
+        let materials = of_bodies.chain(self.sheets.iter().map(|sheet| &*sheet.material));
         let all: Map<String, Value> =
             materials.map(|material| (material.name.clone(), numbers(material))).collect();
         format!("{:#}\n", Value::Object(all))

@@ -17,8 +17,9 @@ const PIECES: u32 = 128;
 const MOST_PAIRS: usize = 4_000_000;
 
 /// What is said, a line each.
-pub(super) fn warnings(world: &World, bodies: &[SceneBody]) -> Vec<String> {
-    if bodies.is_empty() {
+pub(super) fn warnings(world: &World, bodies: &[SceneBody], sheets: bool) -> Vec<String> {
+    // A sheet may catch what falls, and is torn whatever bodies do.
+    if bodies.is_empty() || sheets {
         return Vec::new();
     }
     let ways: Vec<Way> = bodies.iter().map(|body| Way::of(body, world)).collect();

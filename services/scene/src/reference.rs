@@ -3,6 +3,7 @@
 
 mod facts;
 mod keys;
+mod sheets;
 mod tables;
 #[cfg(test)]
 mod tests;

@@ -2,10 +2,11 @@
 
 use super::body::{BodyTemplate, MAX_DISTANCE};
 use super::context::ResolveContext;
-use super::format::{self, Body, Document, Grid, Scatter, Stack};
+use super::format::{self, Body, Document, Grid, Scatter, SheetBody, Stack};
 use super::generate::{self, Instance};
 use super::material::{self, SceneMaterial};
 use super::scene::{Scene, SceneBody};
+use super::sheet::SceneSheet;
 use super::taken::Taken;
 use super::{admission, bonds, limits, overlap, preflight, strength, treatment};
 use cullet_document::check::{Findings, tell};
@@ -43,8 +44,10 @@ pub(super) fn resolve(
     (context.bad, context.garbled) = (findings.bad, garbled);
     let document = read_sections(&mut context);
     materials(&mut context);
-    let mut builder = Builder { context, document, bodies: Vec::new(), paths: Vec::new() };
+    let (bodies, paths, sheets) = (Vec::new(), Vec::new(), Vec::new());
+    let mut builder = Builder { context, document, bodies, paths, sheets };
     builder.bodies();
+    builder.sheets();
     builder.names();
     limits::check(&mut builder.context, &builder.document, builder.bodies.len());
     builder.overlaps();
@@ -155,6 +158,7 @@ struct Builder<'a> {
     bodies: Vec<SceneBody>,
     /// Where each body was written.
     paths: Vec<Path>,
+    sheets: Vec<SceneSheet>,
 }
 
 impl Builder<'_> {
@@ -183,6 +187,19 @@ impl Builder<'_> {
         self.grids();
         self.stacks();
         self.scatters();
+    }
+
+    fn sheets(&mut self) {
+        let root = self.context.root;
+        for (index, node) in root.items("sheet").iter().enumerate() {
+            let path: Path = vec!["sheet".into(), index.into()];
+            if let Some(taken) = self.context.take::<SheetBody>(node, &path)
+                && let Some(sheet) = self.context.sheet(&taken.value, &path)
+                && taken.whole
+            {
+                self.sheets.push(sheet);
+            }
+        }
     }
 
     /// Places a single body, or one of those of a mesh file of several objects.
@@ -339,7 +356,7 @@ impl Builder<'_> {
     /// Names are unique, not too long, and expectations name what is there.
     fn names(&mut self) {
         let mut known: BTreeSet<String> = BTreeSet::new();
-        for list in ["body", "grid", "stack", "scatter"] {
+        for list in ["body", "grid", "stack", "scatter", "sheet"] {
             for (index, node) in self.context.root.items(list).iter().enumerate() {
                 let path: Path = vec![list.into(), index.into(), "name".into()];
                 let Some(name) = node.get("name").and_then(Node::text) else {
@@ -433,7 +450,9 @@ impl Builder<'_> {
                 self.context.warnings.push(format!("{}: {line}", body.name));
             }
         }
-        self.context.warnings.extend(preflight::warnings(&self.document.world, &self.bodies));
+        let sheets = !self.sheets.is_empty();
+        let found = preflight::warnings(&self.document.world, &self.bodies, sheets);
+        self.context.warnings.extend(found);
         let document = self.document;
         let scene = Scene {
             name: String::new(),
@@ -442,6 +461,7 @@ impl Builder<'_> {
             fracture: document.fracture,
             fidelity: document.fidelity,
             bodies: self.bodies,
+            sheets: self.sheets,
             expect: document.expect,
             recording: document.recording,
             view: document.view,

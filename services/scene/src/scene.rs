@@ -2,6 +2,7 @@
 
 use super::format::{self, Expect, SolverChoice, View};
 use super::material::SceneMaterial;
+use super::sheet::SceneSheet;
 use cullet_document::{Bundle, SceneFile};
 use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
@@ -73,6 +74,8 @@ pub struct Scene {
     pub fidelity: format::Fidelity,
     /// The bodies, in the order of the file, then grids, stacks and scatters.
     pub bodies: Vec<SceneBody>,
+    /// The sheets, in the order of the file.
+    pub sheets: Vec<SceneSheet>,
     /// What the scene must show.
     pub expect: Expect,
     /// What its recording holds.

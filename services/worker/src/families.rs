@@ -2,7 +2,8 @@
 
 use cullet_fracture::{Brittle, Ductile, specimen};
 use cullet_geometric::Geometric;
-use cullet_model::{SolverEntry, entry};
+use cullet_membrane::MembraneWindow;
+use cullet_model::{ContinuumEntry, SolverEntry, continuum_entry, entry};
 use cullet_peridynamics::Peridynamics;
 use cullet_shell::ShellSolver;
 use cullet_specimen::SpecimenFamily;
@@ -15,6 +16,9 @@ pub const FAMILIES: &[SolverEntry] = &[
     entry::<ShellSolver>(),
     entry::<Geometric>(),
 ];
+
+/// Every family whose bodies move as they deform.
+pub const CONTINUA: &[ContinuumEntry] = &[continuum_entry::<MembraneWindow>()];
 
 /// Every family that makes specimens discrete.
 pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[

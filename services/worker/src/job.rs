@@ -7,7 +7,7 @@
 use crate::solve::{JobControl, SolveFn, guarded};
 use crate::{EXIT_WEDGED, start_threads};
 use cullet_proto::specimen::SpecimenJob;
-use cullet_proto::{FractureJob, Verdict, chunks};
+use cullet_proto::{FractureJob, Verdict, WindowJob, chunks};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -350,8 +350,11 @@ pub(crate) fn attempt(bytes: &[u8], solve: &SolveFn, watch: &JobControl) -> Atte
     let verdict = if SpecimenJob::is(bytes) {
         SpecimenJob::decode(bytes)
             .map(|job| Some(Verdict::Measured(Box::new(crate::specimen::solve(&job)))))
+    } else if WindowJob::is(bytes) {
+        let solve = |job: &WindowJob| guarded(&job.family, || crate::window::solve(job, watch));
+        WindowJob::decode(bytes).map(|job| solve(&job))
     } else {
-        FractureJob::decode(bytes).map(|job| guarded(solve, &job, watch))
+        FractureJob::decode(bytes).map(|job| guarded(&job.solver, || solve(&job, watch)))
     };
     let verdict = match verdict {
         Ok(verdict) => verdict,

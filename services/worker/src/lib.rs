@@ -16,6 +16,7 @@ pub mod solve;
 pub mod specimen;
 mod supervisor;
 mod talk;
+mod window;
 
 use cullet_proto::pool::Family;
 use cullet_proto::security::Rules;

@@ -4,7 +4,7 @@
 use crate::link::NoAnswer;
 use cullet_dispatch::{Job, LruIndex, Trouble};
 use cullet_proto::ids::digest;
-use cullet_proto::outline::Outline;
+use cullet_proto::outline::{LARGE, Outline};
 use cullet_proto::pool::{FetchAnswer, FetchBlob, Grant};
 use cullet_proto::{JobId, chunks};
 use std::collections::BTreeMap;
@@ -37,6 +37,13 @@ impl Meshes {
     fn get(&mut self, name: &[u8; 32]) -> Option<Arc<Vec<u8>>> {
         self.index.touch(Job(*name));
         self.held.get(name).map(Arc::clone)
+    }
+
+    /// Keeps what this worker made and will most likely be asked to go on from.
+    pub(crate) fn keep(&mut self, part: &[u8]) {
+        if part.len() >= LARGE {
+            self.put(digest(part), &Arc::new(part.to_vec()));
+        }
     }
 
     fn put(&mut self, name: [u8; 32], part: &Arc<Vec<u8>>) {

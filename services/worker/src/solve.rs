@@ -2,7 +2,8 @@
 
 use crate::families::by_name;
 use cullet_model::{
-    Failure, PointPrecision, Progress, Refusal, SolveInProgress, SolveOutcome, SolverEntry,
+    ContinuumEntry, Failure, PointPrecision, Progress, Refusal, SolveInProgress, SolveOutcome,
+    SolverEntry,
 };
 use cullet_proto::pool::Family;
 use cullet_proto::{FractureJob, Verdict};
@@ -54,7 +55,11 @@ pub fn families() -> Vec<Family> {
         single: has(entry, PointPrecision::Single),
         double: has(entry, PointPrecision::Double),
     };
-    crate::families::FAMILIES.iter().map(family).collect()
+    // Windows are worked out in double precision.
+    let moving =
+        |entry: &ContinuumEntry| Family { name: entry.name.into(), single: false, double: true };
+    let solvers = crate::families::FAMILIES.iter().map(family);
+    solvers.chain(crate::families::CONTINUA.iter().map(moving)).collect()
 }
 
 enum Solved {
@@ -135,10 +140,9 @@ fn slices(
 }
 
 /// Solves, and makes a verdict of a panic too: a job is pure, so it would panic anywhere.
-pub(crate) fn guarded(solve: &SolveFn, job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
-    let caught = catch_unwind(AssertUnwindSafe(|| solve(job, watch)));
-    caught.unwrap_or_else(|panic| {
-        Some(failed(job.solver.clone(), &format!("the solver panicked: {}", words(&*panic))))
+pub(crate) fn guarded(solver: &str, solve: impl FnOnce() -> Option<Verdict>) -> Option<Verdict> {
+    catch_unwind(AssertUnwindSafe(solve)).unwrap_or_else(|panic| {
+        Some(failed(solver.to_owned(), &format!("the solver panicked: {}", words(&*panic))))
     })
 }
 
@@ -304,7 +308,8 @@ mod tests {
     #[test]
     fn a_panic_is_a_verdict() {
         let solve: SolveFn = Arc::new(|_, _| panic!("index out of range"));
-        let verdict = guarded(&solve, &job("slow", None), &JobControl::default());
+        let (job, watch) = (job("slow", None), JobControl::default());
+        let verdict = guarded("slow", || solve(&job, &watch));
         let Some(Verdict::Failed { text, .. }) = verdict else { panic!("{verdict:?}") };
         assert_eq!(text, "the solver panicked: index out of range");
     }

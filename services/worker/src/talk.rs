@@ -9,7 +9,7 @@ use cullet_proto::pool::{
     self, Acknowledged, ChunkAnswer, CommitAnswer, Grant, PollAnswer, QuestionRefusal,
 };
 use cullet_proto::pool::{GiveBackReason as Told, HeedAnswer, RenewAnswer};
-use cullet_proto::{JobId, chunks};
+use cullet_proto::{JobId, chunks, window};
 use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -74,7 +74,15 @@ impl Talker {
     pub(crate) fn run(&self, orders: &Receiver<TalkerTask>, mut meshes: Meshes) {
         for order in orders {
             let news = match order {
-                TalkerTask::Ask(question, text, blob) => self.ask(question, text, &blob),
+                TalkerTask::Ask(question, text, blob) => {
+                    let news = self.ask(question, text, &blob);
+                    if let WorkerInput::Receipt { .. } = news.heard
+                        && let Some(state) = window::state_of(&blob)
+                    {
+                        meshes.keep(state);
+                    }
+                    news
+                }
                 TalkerTask::Fetch(grant, watch) => self.fetch(&grant, &watch, &mut meshes),
             };
             if self.news.send(news).is_err() {

@@ -4,7 +4,7 @@ use crate::store::Store;
 use crate::timeline::{RunHistory, svg, trace};
 use cullet_pool::{Attempted, JobEnding, Settlement};
 use cullet_proto::{FractureJob, JobId, Verdict};
-use cullet_run::{JobPool, PoolLoad};
+use cullet_run::{JobPool, PoolLoad, WantedJob};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ struct Stub {
 }
 
 impl JobPool for Stub {
-    fn open(&self, job: &FractureJob) -> JobId {
+    fn open(&self, job: WantedJob<'_>) -> JobId {
         let id = JobId::of(&job.encode().expect("a job"));
         self.open.borrow_mut().push_back(id);
         self.asked.borrow_mut().push(id);
@@ -67,7 +67,7 @@ fn job(seed: u64) -> FractureJob {
 fn what_a_run_does_not_want_any_more_the_pool_hears_of() {
     let (pool, live) = (Stub::default(), RunStatus::default());
     let keeper = ReplayingPool::new(&pool, None, &live);
-    keeper.open(&job(1));
+    keeper.open(WantedJob::Fracture(&job(1)));
     assert_eq!(pool.open.borrow().len(), 1);
     keeper.cancel();
     assert!(pool.open.borrow().is_empty() && keeper.settled(Duration::ZERO).is_none());
@@ -79,7 +79,8 @@ fn a_second_attempt_asks_the_pool_for_what_is_new_alone_and_hears_the_same_in_or
     let live = RunStatus::default();
     let attempt = |wanted: &[u64], settle: usize| {
         let keeper = ReplayingPool::new(&pool, Some(store.kept(1)), &live);
-        let ids: Vec<JobId> = wanted.iter().map(|seed| keeper.open(&job(*seed))).collect();
+        let ids: Vec<JobId> =
+            wanted.iter().map(|seed| keeper.open(WantedJob::Fracture(&job(*seed)))).collect();
         let heard: Vec<_> = (0..settle).filter_map(|_| keeper.settled(Duration::ZERO)).collect();
         assert!(heard.iter().map(|(id, _)| *id).eq(ids[..settle].iter().copied()));
         heard.into_iter().map(|(_, settled)| settled.ending).collect::<Vec<_>>()
@@ -101,7 +102,8 @@ fn who_was_at_what_has_not_settled_is_in_the_timeline_also_of_a_life_that_ended(
         (tempfile::tempdir().expect("a folder"), Stub::default(), RunStatus::default());
     let past = RunHistory::begin(folder.path(), 1, 10_000, None);
     let keeper = ReplayingPool::new(&pool, None, &live).noting(&past);
-    let (first, second) = (keeper.open(&job(1)), keeper.open(&job(2)));
+    let (first, second) =
+        (keeper.open(WantedJob::Fracture(&job(1))), keeper.open(WantedJob::Fracture(&job(2))));
     // Nothing settles; the first is lost with its worker, and it gets it again.
     let tell = |job, (grant, worker): (u64, &str), after: u64, lost: Option<&str>| Attempted {
         job,

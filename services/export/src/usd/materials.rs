@@ -12,6 +12,18 @@ pub(super) fn plain(name: &str, [r, g, b]: [f32; 3], metallic: f32, roughness: f
     material(name, &colour, metallic, roughness, "")
 }
 
+/// A material whose colour is that of the points, and is no metal.
+pub(super) fn of_points(name: &str, roughness: f32) -> String {
+    let from = format!("</World/Looks/{name}/colour.outputs:result>");
+    let colour = format!("color3f inputs:diffuseColor.connect = {from}");
+    let shader = format!(
+        "\n{INDENT}def Shader \"colour\"\n{INDENT}{{\n{INDENT}    \
+         uniform token info:id = \"UsdPrimvarReader_float3\"\n{INDENT}    \
+         string inputs:varname = \"displayColor\"\n{INDENT}    float3 outputs:result\n{INDENT}}}\n"
+    );
+    material(name, &colour, 0.0, roughness, &shader)
+}
+
 /// A material of an artist's mesh. `folder`: where its picture lies, from where the stage lies.
 pub(super) fn artist(name: &str, of: &ArtistMaterial, folder: &str) -> String {
     let ArtistMaterial { look, picture } = of;

@@ -82,7 +82,12 @@ impl GlbScene {
                 Some(ReadOutputs::Rotations(all)) => {
                     ("turn", all.into_f32().map(|v| v.to_vec()).collect())
                 }
-                _ => panic!("an animation of something else"),
+                Some(ReadOutputs::MorphTargetWeights(all)) => {
+                    let all: Vec<f32> = all.into_f32().collect();
+                    let each = all.len() / times.len();
+                    ("shapes", all.chunks(each).map(<[f32]>::to_vec).collect())
+                }
+                None => panic!("an animation of something else"),
             };
             assert_eq!(times.len(), values.len());
             assert!(times.is_sorted_by(|a, b| a < b), "{times:?}");
@@ -115,6 +120,13 @@ impl GlbScene {
         let share = if keys.jumps || to <= from { 0.0 } else { (time - from) / (to - from) };
         let share = share.clamp(0.0, 1.0) as f32;
         Some([keys.values[last].clone(), [&keys.values[next][..], &[share]].concat()])
+    }
+
+    /// How much of each shape of its mesh a node has at a time of the file \[s\].
+    pub(crate) fn shapes(&self, node: &gltf::Node<'_>, time: f64) -> Vec<f32> {
+        let Some([from, to]) = self.at(node.index(), "shapes", time) else { return Vec::new() };
+        let (share, to) = to.split_last().expect("a share");
+        from.iter().zip(to).map(|(a, b)| a + share * (b - a)).collect()
     }
 
     /// Where a body is at a time of the file \[s\], in axes whose up is z.

@@ -3,6 +3,7 @@
 mod common;
 
 mod glb;
+mod moving;
 mod options;
 mod page;
 mod pictures;

@@ -1,7 +1,7 @@
 //! A family that deforms and does not break, from the solver over the wire into the world and the
 //! recording, and back out of it.
 
-use super::super::{JobPool, PoolLoad, RunOptions, run};
+use super::super::{JobPool, PoolLoad, RunOptions, WantedJob, run};
 use super::settlement;
 use cullet_geometry::{Solid, Vec3};
 use cullet_model::{
@@ -65,7 +65,7 @@ struct Pressing {
 const PRESS: SolverEntry = entry::<Press>();
 
 impl JobPool for Pressing {
-    fn open(&self, job: &FractureJob) -> JobId {
+    fn open(&self, job: WantedJob<'_>) -> JobId {
         let bytes = job.encode().expect("a job");
         self.waiting.borrow_mut().push_back(FractureJob::decode(&bytes).expect("the same job"));
         JobId::of(&bytes)

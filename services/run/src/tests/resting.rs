@@ -1,12 +1,12 @@
 //! What rests writes nothing: a recording grows only while something moves.
 
-use super::super::{JobPool, PoolLoad, RunOptions, run};
+use super::super::{JobPool, PoolLoad, RunOptions, WantedJob, run};
 use super::{halves, settlement};
 use cullet_geometry::shapes::{Detail, cuboid};
 use cullet_geometry::{Quat, Vec3};
 use cullet_model::{Fragmentation, Grain};
 use cullet_pool::Settlement;
-use cullet_proto::{FractureJob, JobId};
+use cullet_proto::JobId;
 use cullet_record::{PoseRow, Recording};
 use cullet_scene::load;
 use nalgebra::Unit;
@@ -21,7 +21,7 @@ use std::time::Duration;
 struct Crumbler(RefCell<VecDeque<JobId>>);
 
 impl JobPool for Crumbler {
-    fn open(&self, job: &FractureJob) -> JobId {
+    fn open(&self, job: WantedJob<'_>) -> JobId {
         let id = JobId::of(&job.encode().expect("a job"));
         self.0.borrow_mut().push_back(id);
         id

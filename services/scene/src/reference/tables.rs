@@ -2,10 +2,15 @@
 //! each.
 
 use super::keys::keys_of;
+use super::sheets::{
+    SHEET, SHEET_AIR, SHEET_DIFFUSION, SHEET_GRIP, SHEET_INFLOW, SHEET_PACE, SHEET_PATCH,
+    SHEET_PATH,
+};
 use crate::format::{
-    Body, BondAxis, BondNumbers, Bounds, Document, Expect, Fidelity, Fracture, Grid, HeatSoftening,
-    InterlayerFilm, Layers, Material, Paint, Plasticity, RecordingSettings, Resolution, Rotation,
-    Scatter, Shape, ShareBounds, Stack, Tiers, View, WeakPlane, World,
+    Air, Body, BondAxis, BondNumbers, Bounds, Diffusion, Document, Expect, Fidelity, Fracture,
+    Grid, Grip, GripPlace, HeatSoftening, InterlayerFilm, Layers, Material, Paint, Plasticity,
+    RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds, SheetBody, SheetInflow,
+    SheetPatch, Stack, Tiers, View, WavePace, WeakPlane, World,
 };
 use crate::surface_detail::Detail;
 
@@ -54,6 +59,14 @@ pub(super) const TABLES: &[Table] = tables! {
     HeatSoftening, "`softening` of `plasticity`", &[("", SOFTENING)];
     BondNumbers, "`peridynamics` of a material", &[("", BONDS)];
     BondAxis, "`grain` of bonds", &[("", GRAIN)];
+    SheetBody, "`[[sheet]]`", &[("", SHEET)];
+    SheetPatch, "`patch` of a sheet", &[("", SHEET_PATCH)];
+    Grip, "`grip` of a sheet", &[("", SHEET_GRIP)];
+    GripPlace, "`path` of a grip", &[("", SHEET_PATH)];
+    Air, "`air` of a sheet", &[("", SHEET_AIR)];
+    Diffusion, "`diffusion` of a sheet", &[("", SHEET_DIFFUSION)];
+    SheetInflow, "`source` of `diffusion`", &[("", SHEET_INFLOW)];
+    WavePace, "`pace` of a sheet", &[("", SHEET_PACE)];
     Body, "`[[body]]`", &[("", BODY)];
     Shape, "`shape` of a body", SHAPES;
     Rotation, "`rotation` of a body", &[("", ROTATION)];

@@ -1,0 +1,142 @@
+use super::*;
+use crate::Verdict;
+use crate::outline::{Outline, Parted};
+use cullet_geometry::{Mat3, Pose};
+use cullet_model::{
+    Figure, Handed, MovingSurface, Proxy, SurfaceFrame, SweptExtent, TornPiece, WindowLedger,
+    WindowOutcome,
+};
+
+fn proxy(body: u64, motion: ProxyMotion) -> Proxy {
+    let corners: Vec<Vec3> = (0..200).map(|k| Vec3::new(f64::from(k), 1.0, 2.0)).collect();
+    Proxy {
+        body,
+        parts: vec![corners.clone(), corners[..4].to_vec()],
+        friction: 0.5,
+        pose: Pose::new(Vec3::x(), Vec3::new(0.1, 0.2, 0.3)),
+        velocity: Vec3::y(),
+        spin: Vec3::z(),
+        motion,
+    }
+}
+
+fn job() -> WindowJob {
+    let mut job = WindowJob::smallest("membrane", 7);
+    let free = ProxyMotion::Free { mass: 2.0, inertia: Mat3::identity() };
+    let led = ProxyMotion::Led(vec![Pose::identity(); 4]);
+    job.window.proxies = vec![proxy(3, free), proxy(5, ProxyMotion::Steady), proxy(9, led)];
+    job.state = Some(Arc::new((0..9_000u32).map(|k| k as u8).collect()));
+    job
+}
+
+#[test]
+fn a_window_comes_back_from_its_parts_with_the_id_of_the_whole() -> Result<(), WireError> {
+    let job = job();
+    assert_eq!(WindowJob::decode(&job.encode()?)?, job);
+    let parted = Parted::of_window(&job)?;
+    assert_eq!((parted.parts.len(), parted.id), (2, job.id()?));
+    let parts: Vec<_> = parted.parts.iter().map(|(_, part)| part.as_slice()).collect();
+    assert_eq!(Outline::open(&parted.outline)?.whole(&parts), Some(job.encode()?));
+    // The part that is the state has the state's own digest: who made it has it already.
+    let state = job.state.as_ref().expect("a state");
+    assert_eq!(parted.parts[1].0, digest(state));
+    let start = WindowJob { state: None, ..job.clone() };
+    assert_eq!(WindowJob::decode(&start.encode()?)?, start);
+    let empty = WindowJob { state: Some(Arc::default()), ..job.clone() };
+    assert_ne!(empty.id()?, start.id()?);
+    assert_eq!(empty.setup_digest()?, job.setup_digest()?);
+    assert_ne!(WindowJob::smallest("membrane", 8).setup_digest()?, job.setup_digest()?);
+    Ok(())
+}
+
+#[test]
+fn what_no_window_is_is_refused_with_its_bound() -> Result<(), WireError> {
+    let bytes = job().encode()?;
+    assert!(WindowJob::is(&bytes) && !crate::specimen::SpecimenJob::is(&bytes));
+    let short = WindowJob::decode(&bytes[..bytes.len() - 1]);
+    assert!(matches!(short, Err(WireError::Short { what: "a window's state", .. })), "{short:?}");
+    let long = WindowJob::decode(&[bytes, vec![0]].concat());
+    assert!(matches!(long, Err(WireError::Trailing { .. })), "{long:?}");
+    let spoilt = |spoil: &dyn Fn(&mut WindowJob)| {
+        let mut job = job();
+        spoil(&mut job);
+        job.encode().map(drop)
+    };
+    let limit = |said: &Result<(), WireError>| matches!(said, Err(WireError::Limit { .. }));
+    assert!(limit(&spoilt(&|job| job.window.steps = 0)));
+    assert!(limit(&spoilt(&|job| job.window.frame_every = 0)));
+    assert!(limit(&spoilt(&|job| job.window.steps = 2_000)));
+    let many = vec![proxy(1, ProxyMotion::Steady); MAX_PROXIES + 1];
+    assert!(limit(&spoilt(&|job| job.window.proxies.clone_from(&many))));
+    let nan = spoilt(&|job| job.window.proxies[0].velocity.x = f64::NAN);
+    assert!(matches!(nan, Err(WireError::NotFinite { .. })), "{nan:?}");
+    let led = spoilt(&|job| job.window.steps = 5);
+    assert!(matches!(led, Err(WireError::Short { what: "poses of a led body", .. })), "{led:?}");
+    let turn = spoilt(&|job| job.window.proxies[0].pose.rotation.as_mut_unchecked().coords *= 2.0);
+    assert!(matches!(turn, Err(WireError::Header(_))), "{turn:?}");
+    Ok(())
+}
+
+fn outcome() -> WindowOutcome {
+    let handed = |body| Handed {
+        body,
+        impulses: vec![[Vec3::x(), Vec3::y()], [Vec3::z(), Vec3::zeros()]],
+        poses: vec![Pose::new(Vec3::y(), Vec3::new(0.3, 0.1, -0.2)); 2],
+    };
+    let surface = MovingSurface {
+        triangles: vec![[0, 1, 2]],
+        reference: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+        thickness: 0.5,
+    };
+    let frame = |step, quantity| SurfaceFrame {
+        step,
+        surface: 0,
+        origin: Vec3::x(),
+        offsets: vec![[0.0, 1.0, 2.0]; 3],
+        quantity,
+    };
+    let piece =
+        TornPiece { number: 1, parent: 0, born: 1 << 40, mass: 0.1, area: 0.2, frozen: true };
+    WindowOutcome {
+        state: vec![1, 2, 3],
+        extent: SweptExtent { low: [-1.0; 3], high: [1.0; 3], speed: 2.0, spacing: 0.1 },
+        handed: vec![handed(3), handed(5)],
+        surfaces: vec![surface],
+        frames: vec![frame(4, Vec::new()), frame(8, vec![0.5; 3])],
+        pieces: vec![TornPiece { frozen: false, ..piece }, piece],
+        ledger: WindowLedger { mass: 1.0, residual: -1e-9, ..WindowLedger::default() },
+        figures: vec![Figure { name: "pace".into(), unit: "1".into(), value: 2.0 }],
+        warnings: vec!["look".into()],
+    }
+}
+
+#[test]
+fn an_outcome_comes_back_as_it_went_or_says_what_is_wrong() -> Result<(), WireError> {
+    let outcome = outcome();
+    let bytes = Verdict::Moved(Box::new(outcome.clone())).encode()?;
+    assert_eq!(Verdict::decode(&bytes)?, Verdict::Moved(Box::new(outcome.clone())));
+    assert_eq!(state_of(&bytes), Some(&[1, 2, 3][..]));
+    assert_eq!(state_of(&job().encode()?), None);
+    let short = decode_outcome(&bytes[..bytes.len() - 1]);
+    assert!(matches!(short, Err(WireError::Short { what: "pieces of a sheet", .. })), "{short:?}");
+    let spoilt = |spoil: &dyn Fn(&mut WindowOutcome)| {
+        let mut outcome = outcome.clone();
+        spoil(&mut outcome);
+        encode_outcome(&outcome).and_then(|bytes| decode_outcome(&bytes).map(drop))
+    };
+    assert!(matches!(spoilt(&|o| o.surfaces[0].triangles[0][1] = 3), Err(WireError::Index { .. })));
+    assert!(matches!(spoilt(&|o| o.frames[0].surface = 1), Err(WireError::Short { .. })));
+    assert!(matches!(spoilt(&|o| o.frames[1].quantity = vec![1.0]), Err(WireError::Short { .. })));
+    let spoils: [fn(&mut WindowOutcome); 6] = [
+        |o| o.extent.speed = f64::NAN,
+        |o| o.handed[0].poses[1].translation.vector.z = f64::NAN,
+        |o| o.frames[0].offsets[1][2] = f32::NAN,
+        |o| o.ledger.torn_area = f64::INFINITY,
+        |o| o.pieces[1].area = f64::NAN,
+        |o| o.handed[1].impulses[0][0].x = f64::NAN,
+    ];
+    for spoil in spoils {
+        assert!(matches!(spoilt(&spoil), Err(WireError::NotFinite { .. })));
+    }
+    Ok(())
+}

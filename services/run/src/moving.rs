@@ -1,0 +1,160 @@
+//! A sheet in a run, and the window whose time the world goes through.
+
+use cullet_geometry::{Pose, Vec3};
+use cullet_model::{
+    ContinuumBody, ContinuumSetup, Handed, Proxy, ProxyMotion, SweptExtent, Window, WindowOutcome,
+};
+use cullet_pool::Settlement;
+use cullet_proto::{JobId, WindowJob};
+use cullet_scene::{Scene, SceneSheet};
+use cullet_world::{BodyId, World};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+/// Frames of sheets in a second, about.
+const FRAME_RATE: f64 = 30.0;
+/// How far beyond its reach a body counts as one that a sheet may meet, in distances of its points.
+const MARGIN: f64 = 4.0;
+
+/// The family of sheets.
+const MEMBRANE: &str = "membrane";
+
+/// A sheet in the run.
+pub(super) struct RunningSheet {
+    /// In the recording.
+    pub(super) number: u32,
+    pub(super) setup: ContinuumSetup,
+    pub(super) window: u32,
+    pub(super) frame_every: u32,
+    pub(super) two_way: bool,
+    /// Coulomb's coefficient of its surface \[1\].
+    pub(super) friction: f64,
+    pub(super) state: Option<Arc<Vec<u8>>>,
+    pub(super) extent: SweptExtent,
+    /// The window whose time the world goes through.
+    pub(super) open: Option<SheetWindowRun>,
+}
+
+/// A window that was solved and that the world goes through.
+pub(super) struct SheetWindowRun {
+    pub(super) job: JobId,
+    pub(super) window: Window,
+    /// As the window begins.
+    pub(super) state: Option<Arc<Vec<u8>>>,
+    pub(super) outcome: WindowOutcome,
+    pub(super) solved: u32,
+    /// What bodies were given, by the solve that the world went by \[N·s\].
+    pub(super) given: BTreeMap<u64, Vec3>,
+    /// Where the world had each body in reach after each step.
+    pub(super) seen: BTreeMap<u64, Vec<Pose>>,
+}
+
+impl RunningSheet {
+    fn of(number: u32, sheet: &SceneSheet, scene: &Scene) -> Self {
+        let step = scene.world.step;
+        let frames = (1.0 / (FRAME_RATE * step * f64::from(sheet.window))).round().max(1.0);
+        let setup = ContinuumSetup {
+            body: ContinuumBody::Membrane(sheet.sheet.clone()),
+            world_step: step,
+            gravity: Vec3::from(scene.world.gravity),
+            seed: scene.world.seed ^ u64::from(number),
+        };
+        let pose = sheet.sheet.pose;
+        let place = |[x, y]: &[f64; 2]| pose.rotation * Vec3::new(*x, *y, 0.0);
+        let places = sheet.sheet.outline.iter().map(|at| place(at) + pose.translation.vector);
+        let (low, high) = places.fold(([f64::MAX; 3], [f64::MIN; 3]), |(low, high), place| {
+            (
+                std::array::from_fn(|k| low[k].min(place[k])),
+                std::array::from_fn(|k| high[k].max(place[k])),
+            )
+        });
+        let speed = sheet.sheet.velocity.norm();
+        Self {
+            number,
+            setup,
+            window: sheet.window,
+            frame_every: sheet.window * frames as u32,
+            two_way: sheet.two_way,
+            friction: sheet.material.friction,
+            state: None,
+            extent: SweptExtent { low, high, speed, spacing: sheet.sheet.spacing },
+            open: None,
+        }
+    }
+
+    /// The rigid bodies that it may meet in its next window, by rising number.
+    pub(super) fn proxies(&self, world: &World, gravity: f64) -> Vec<Proxy> {
+        let SweptExtent { low, high, speed, spacing } = self.extent;
+        let time = f64::from(self.window) * self.setup.world_step;
+        let own = speed * time + gravity * time * time + MARGIN * spacing;
+        let mut proxies = Vec::new();
+        for view in world.bodies() {
+            let Some(body) = world.body_for_window(view.id) else { continue };
+            let way = view.velocity.norm() * time + gravity * time * time;
+            let reach = own + way + body.reach;
+            let centre = view.pose.translation.vector;
+            let outside = |k: usize| (low[k] - centre[k]).max(centre[k] - high[k]).max(0.0);
+            let distance = Vec3::new(outside(0), outside(1), outside(2)).norm();
+            if distance > reach {
+                continue;
+            }
+            let motion = match body.inertia {
+                Some((mass, inertia)) if self.two_way => ProxyMotion::Free { mass, inertia },
+                _ => ProxyMotion::Steady,
+            };
+            proxies.push(Proxy {
+                body: u64::from(view.id.0),
+                parts: body.parts,
+                friction: (self.friction * body.friction).sqrt(),
+                pose: view.pose,
+                velocity: view.velocity,
+                spin: view.spin,
+                motion,
+            });
+        }
+        proxies
+    }
+
+    pub(super) fn job(&self, state: Option<Arc<Vec<u8>>>, window: Window) -> WindowJob {
+        WindowJob { family: MEMBRANE.to_owned(), setup: self.setup.clone(), state, window }
+    }
+}
+
+/// The sheets of a scene.
+pub(super) fn sheets_of(scene: &Scene) -> Vec<RunningSheet> {
+    (0..).zip(&scene.sheets).map(|(number, sheet)| RunningSheet::of(number, sheet, scene)).collect()
+}
+
+impl SheetWindowRun {
+    /// Impulse that the window has for bodies that can move, and that they did not get \[N·s\].
+    pub(super) fn kept_back(&self, world: &World) -> f64 {
+        let can_move = |body: u64| world.body(body_id(body)).is_none_or(|view| !view.fixed);
+        let lack = |handed: &Handed| {
+            let all: Vec3 = handed.impulses.iter().map(|[impulse, _]| impulse).sum();
+            (all - self.given.get(&handed.body).copied().unwrap_or_default()).norm()
+        };
+        self.outcome.handed.iter().filter(|handed| can_move(handed.body)).map(lack).sum()
+    }
+
+    /// How far apart the world and the window have a body at its end, at most \[m\].
+    pub(super) fn gap(&self) -> f64 {
+        let apart = |handed: &Handed| {
+            let (seen, own) = (self.seen.get(&handed.body)?.last()?, handed.poses.last()?);
+            let turned = seen.rotation.angle_to(&own.rotation);
+            let proxy = self.window.proxies.iter().find(|proxy| proxy.body == handed.body)?;
+            let corners = proxy.parts.iter().flatten();
+            let reach = corners.map(Vec3::norm).fold(0.0, f64::max);
+            let met = handed.impulses.iter().any(|[impulse, _]| *impulse != Vec3::zeros());
+            let moved = (seen.translation.vector - own.translation.vector).norm();
+            met.then_some(moved + turned * reach)
+        };
+        self.outcome.handed.iter().filter_map(apart).fold(0.0, f64::max)
+    }
+}
+
+pub(super) fn body_id(body: u64) -> BodyId {
+    BodyId(body as u32)
+}
+
+/// Settlements of fractures that came while a window was waited for.
+pub(super) type Arrived = VecDeque<(JobId, Settlement)>;

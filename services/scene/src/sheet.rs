@@ -1,0 +1,311 @@
+//! From a sheet as it is written to one that a window can be opened for.
+
+use super::context::ResolveContext;
+use super::format::{Coupling, Diffusion, Grip, SheetBody, SheetInflow, SheetLaw, SheetPatch};
+use super::material::SceneMaterial;
+use cullet_document::error::suggest;
+use cullet_document::tree::{Path, join};
+use cullet_geometry::{Pose, Vec3};
+use cullet_model::{
+    MembraneLaw, MembraneMaterial, MembranePace, MembraneSheet, SheetAir, SheetDiffusion,
+    SheetGrip, SheetPlace, SheetRegion, SheetSource, SheetSourceKind,
+};
+use std::sync::Arc;
+
+/// Reach of bonds over the distance of points \[1\]: moduli are within 0.5 % there.
+const HORIZON: f64 = 3.015;
+/// Thickness by which a sheet bends at least, over the distance of its points \[1\].
+const BENDING_FLOOR: f64 = 0.3;
+/// Share of critical damping of the fastest motion \[1\].
+const DAMPING: f64 = 0.1;
+/// Steps of the rigid world in a window.
+const WINDOW: u32 = 4;
+/// Share of the longer side of its box that the distance of points is \[1\].
+const SPACING: f64 = 0.02;
+/// θ that no sheet reaches.
+const UNBOUNDED: f64 = 1e300;
+
+/// A sheet of a scene.
+#[derive(Clone, Debug)]
+pub struct SceneSheet {
+    /// What the scene calls it.
+    pub name: String,
+    /// What it is made of.
+    pub material: Arc<SceneMaterial>,
+    /// What it is.
+    pub sheet: MembraneSheet,
+    /// Steps of the rigid world in a window.
+    pub window: u32,
+    /// Whether rigid bodies feel it.
+    pub two_way: bool,
+}
+
+impl ResolveContext<'_> {
+    /// Makes a sheet ready; errors are noted, and `None` means that there were some.
+    pub(super) fn sheet(&mut self, written: &SheetBody, path: &Path) -> Option<SceneSheet> {
+        let before = self.errors.len();
+        for (key, there) in [
+            ("name", written.name.is_some()),
+            ("thickness", written.thickness.is_some()),
+            ("material", written.material.is_some()),
+        ] {
+            if !there && self.lacks(path, &[key]) {
+                self.wrong(path, format!("`{key}` is missing"));
+            }
+        }
+        let outline = self.outline(written, path);
+        let material = self.sheet_material(written, path);
+        let rotation = self.rotation(&written.rotation, &join(path, "rotation"));
+        let pace = match (written.pace.softer, written.pace.heavier) {
+            (None, None) => MembranePace::Real,
+            (Some(speed), None) => MembranePace::Softer(speed),
+            (None, Some(speed)) => MembranePace::Heavier(speed),
+            (Some(_), Some(_)) => {
+                self.wrong(&join(path, "pace"), "takes `softer` or `heavier`, one of them");
+                MembranePace::Real
+            }
+        };
+        let mut grips = Vec::new();
+        for (index, grip) in written.grip.iter().enumerate() {
+            let path = join(&join(path, "grip"), index);
+            grips.extend(self.grip(grip, &path));
+        }
+        let diffusion =
+            written.diffusion.as_ref().map(|one| self.diffusion(one, &join(path, "diffusion")));
+        if let Some(notch) = written.notches.iter().position(|notch| notch.len() < 2) {
+            self.wrong(&join(&join(path, "notches"), notch), "needs two corners or more");
+        }
+        let (Some(outline), Some(material)) = (outline, material) else { return None };
+        let longer = box_of(&outline).iter().fold(0.0_f64, |a, b| a.max(*b));
+        let air = written.air;
+        let sheet = MembraneSheet {
+            outline,
+            notches: written.notches.clone(),
+            thickness: written.thickness?,
+            spacing: written.spacing.unwrap_or(SPACING * longer),
+            horizon: HORIZON,
+            material: membrane(&material, written),
+            pose: Pose::from_parts(Vec3::from(written.position).into(), rotation),
+            velocity: Vec3::from(written.velocity),
+            grips,
+            air: SheetAir {
+                density: air.density,
+                drag: air.drag,
+                wind: Vec3::from(air.wind),
+                gusts: [air.gusts, air.gust_rate],
+                pressure: air.pressure,
+            },
+            diffusion: diffusion.flatten(),
+            pace,
+        };
+        (self.errors.len() == before).then(|| SceneSheet {
+            name: written.name.clone().unwrap_or_default(),
+            material: Arc::clone(&material),
+            sheet,
+            window: written.window.unwrap_or(WINDOW),
+            two_way: written.coupling == Coupling::TwoWay,
+        })
+    }
+
+    fn outline(&mut self, written: &SheetBody, path: &Path) -> Option<Vec<SheetPlace>> {
+        let corners = match (written.size, &written.outline) {
+            (Some([width, height]), None) => {
+                if width <= 0.0 || height <= 0.0 {
+                    self.wrong(&join(path, "size"), "both lengths must be above 0 m");
+                    return None;
+                }
+                let (x, y) = (0.5 * width, 0.5 * height);
+                return Some(vec![[-x, -y], [x, -y], [x, y], [-x, y]]);
+            }
+            (None, Some(corners)) => corners.clone(),
+            _ => {
+                if self.lacks(path, &["size", "outline"]) || written.size.is_some() {
+                    self.wrong(path, "takes `size` or `outline`, one of them");
+                }
+                return None;
+            }
+        };
+        let path = join(path, "outline");
+        let area = twice_area(&corners);
+        if corners.len() < 3 || area == 0.0 {
+            self.wrong(&path, "has no area: give three corners or more that are not on a line");
+            return None;
+        }
+        if crosses(&corners) {
+            self.wrong(&path, "crosses itself");
+            return None;
+        }
+        Some(if area > 0.0 { corners } else { corners.into_iter().rev().collect() })
+    }
+
+    fn sheet_material(&mut self, written: &SheetBody, path: &Path) -> Option<Arc<SceneMaterial>> {
+        let name = written.material.as_ref()?;
+        let material = self.materials.get(name).map(Arc::clone);
+        if material.is_none() && !self.spoiled_materials.contains(name) {
+            let known: Vec<&str> = self.materials.keys().map(String::as_str).collect();
+            let help = suggest(name, &known);
+            let message = format!("there is no material \"{name}\"");
+            self.wrong_with(&join(path, "material"), message, help);
+        }
+        if let (Some(material), Some(SheetLaw::Foil)) = (&material, written.law)
+            && material.plasticity.is_none()
+        {
+            let message = format!("{} does not yield: `foil` needs `plasticity`", material.name);
+            self.wrong(&join(path, "law"), message);
+        }
+        material
+    }
+
+    fn patch(&mut self, patch: &SheetPatch, path: &Path) -> Option<SheetRegion> {
+        let path = join(path, "patch");
+        match (patch.low, patch.high, patch.centre, patch.radius) {
+            (Some(low), Some(high), None, None) if low[0] <= high[0] && low[1] <= high[1] => {
+                Some(SheetRegion::Box { low, high })
+            }
+            (Some(_), Some(_), None, None) => {
+                self.wrong(&path, "`low` must be at most `high`");
+                None
+            }
+            (None, None, Some(centre), Some(radius)) => Some(SheetRegion::Disc { centre, radius }),
+            _ => {
+                self.wrong(&path, "takes `low` and `high`, or `centre` and `radius`");
+                None
+            }
+        }
+    }
+
+    fn grip(&mut self, grip: &Grip, path: &Path) -> Option<SheetGrip> {
+        let region = self.patch(&grip.patch, path);
+        if grip.velocity.is_some() && !grip.path.is_empty() {
+            self.wrong(path, "takes `velocity` or `path`, one of them");
+        }
+        if grip.path.windows(2).any(|two| two[1].time <= two[0].time) {
+            self.wrong(&join(path, "path"), "its times must rise");
+        }
+        let rows = match grip.velocity {
+            Some(velocity) => {
+                let end = self.longest();
+                vec![(0.0, Vec3::zeros()), (end, Vec3::from(velocity) * end)]
+            }
+            None => {
+                let row = |place: &super::format::GripPlace| (place.time, place.offset.into());
+                grip.path.iter().map(row).collect()
+            }
+        };
+        Some(SheetGrip { region: region?, path: rows, until: grip.until })
+    }
+
+    /// Longer than any run \[s\].
+    fn longest(&self) -> f64 {
+        601.0
+    }
+
+    fn diffusion(&mut self, written: &Diffusion, path: &Path) -> Option<SheetDiffusion> {
+        let tables = [
+            ("stiffness", &written.stiffness),
+            ("toughness", &written.toughness),
+            ("strength", &written.strength),
+        ];
+        for (key, rows) in tables {
+            if rows.windows(2).any(|two| two[1][0] <= two[0][0]) {
+                self.wrong(&join(path, key), "its rows must have rising values of the quantity");
+            }
+            if rows.iter().any(|row| !(1e-3..=1e3).contains(&row[1])) {
+                self.wrong(&join(path, key), "a share must lie from 0.001 to 1000");
+            }
+        }
+        if written.diffusivity.iter().any(|d| !(0.0..=1e3).contains(d)) {
+            self.wrong(&join(path, "diffusivity"), "must lie from 0 to 1000 m²/s");
+        }
+        let mut sources = Vec::new();
+        for (index, source) in written.source.iter().enumerate() {
+            let path = join(&join(path, "source"), index);
+            sources.extend(self.inflow(source, &path));
+        }
+        let table = |rows: &Vec<[f64; 2]>| rows.iter().map(|&[at, share]| (at, share)).collect();
+        Some(SheetDiffusion {
+            capacity: written.capacity,
+            conductivity: written.diffusivity.map(|d| d * written.capacity),
+            expansion: written.expansion,
+            start: written.start,
+            saturation: written.saturation.unwrap_or(UNBOUNDED),
+            stiffness: table(&written.stiffness),
+            toughness: table(&written.toughness),
+            strength: table(&written.strength),
+            exposure: written.exposure,
+            weight: written.weight,
+            loss: written.loss * written.capacity,
+            ambient: written.ambient,
+            sources,
+        })
+    }
+
+    fn inflow(&mut self, source: &SheetInflow, path: &Path) -> Option<SheetSource> {
+        let region = self.patch(&source.patch, path);
+        let kind = match (source.value, source.flux, source.film, source.towards) {
+            (Some(value), None, None, None) => Some(SheetSourceKind::Held(value)),
+            (None, Some(flux), None, None) => Some(SheetSourceKind::Flux(flux)),
+            (None, None, Some(film), Some(towards)) => Some(SheetSourceKind::Film(towards, film)),
+            _ => {
+                self.wrong(path, "takes `value`, or `flux`, or `film` and `towards`");
+                None
+            }
+        };
+        let (from, until) =
+            (source.from.unwrap_or(0.0), source.until.unwrap_or_else(|| self.longest()));
+        if until <= from {
+            self.wrong(&join(path, "until"), "must be after `from`");
+        }
+        Some(SheetSource { region: region?, from, until, kind: kind? })
+    }
+}
+
+fn membrane(material: &SceneMaterial, written: &SheetBody) -> MembraneMaterial {
+    let law = match written.law {
+        Some(SheetLaw::Brittle) => MembraneLaw::Brittle,
+        Some(SheetLaw::Foil) => MembraneLaw::Foil,
+        Some(SheetLaw::Rubber) => MembraneLaw::Rubber,
+        None if material.plasticity.is_some() => MembraneLaw::Foil,
+        None => MembraneLaw::Brittle,
+    };
+    let yields = material.plasticity.filter(|_| law == MembraneLaw::Foil);
+    MembraneMaterial {
+        density: material.density,
+        young: material.young,
+        poisson: material.poisson,
+        fracture_energy: material.fracture_energy,
+        strength: yields.map_or(material.strength, |plasticity| plasticity.hardening.yield_stress),
+        law,
+        scatter: written.scatter,
+        bending_floor: written.bending_floor.unwrap_or(BENDING_FLOOR),
+        damping: written.damping.unwrap_or(DAMPING),
+    }
+}
+
+fn box_of(corners: &[SheetPlace]) -> [f64; 2] {
+    [0, 1].map(|axis| {
+        let along = corners.iter().map(|corner| corner[axis]);
+        let (low, high) = along.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+        high - low
+    })
+}
+
+fn twice_area(corners: &[SheetPlace]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum()
+}
+
+/// Whether two sides of a polygon that are no neighbours meet.
+fn crosses(corners: &[SheetPlace]) -> bool {
+    let count = corners.len();
+    let side = |k: usize| (corners[k], corners[(k + 1) % count]);
+    let turn = |a: SheetPlace, b: SheetPlace, c: SheetPlace| {
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    };
+    (0..count).any(|i| {
+        (i + 2..count).filter(|&j| (j + 1) % count != i).any(|j| {
+            let ((a, b), (c, d)) = (side(i), side(j));
+            turn(a, b, c) * turn(a, b, d) <= 0.0 && turn(c, d, a) * turn(c, d, b) <= 0.0
+        })
+    })
+}
