@@ -51,6 +51,12 @@ fn bonds_refuse_a_bar_that_is_crushed() {
     }
 }
 
+/// Rice's strip: its crack starts from G_f to 1.25 G_f and runs to the end.
+#[test]
+fn a_strip_between_clamps_tears_when_it_must() {
+    hold(&["k6-rice"], &["--set", "frames=1"]);
+}
+
 /// K1 within its tolerance, with the horizon of the family.
 #[test]
 fn an_edge_crack_runs_through_bonds_when_it_must() {

@@ -263,6 +263,26 @@ fn r7_a_ball_goes_through_a_wall_and_never_past_it() {
     }
 }
 
+/// R9: what is left of a ball's speed behind a plate of aluminium is Recht and Ipson's without a
+/// plug, √(v² − v₅₀²), of one v₅₀ within 12 % from just above the limit to far beyond it.
+#[test]
+fn r9_a_ball_goes_through_metal_as_recht_and_ipson_say() {
+    let speeds = [325.0_f64, 400.0, 800.0];
+    let sweep = speeds.map(|speed| format!("[0,{speed},0]")).join(",");
+    let sweep = format!("scene.body.ball.velocity={sweep}");
+    let told = metrics("r9-plate", &["--sweep", &sweep]);
+    assert_eq!(told.len(), speeds.len());
+    let mut last = 0.0;
+    for (rows, speed) in told.iter().zip(speeds) {
+        assert_eq!(rows["energy gained"]["verdict"], "holds", "{rows:#?}");
+        let left = value(rows, "speed left");
+        assert!(left > last && left < speed, "{speed} m/s: {left}, after {last}");
+        let limit = (speed * speed - left * left).sqrt();
+        assert!((limit / 232.0 - 1.0).abs() < 0.12, "{speed} m/s: {left}, a limit of {limit}");
+        last = left;
+    }
+}
+
 /// H1: what a dropped ball's hit says, and half of the speed after a bounce of restitution ½,
 /// whatever the step.
 #[test]
