@@ -241,6 +241,16 @@ fn panels() {
     assert!(told.contains("for ductile deformed: peridynamics"), "{told}");
 }
 
+/// Four walls of different laws, each solved as points and bonds; the tough one only splits.
+#[test]
+fn walls() {
+    let told = holds("walls");
+    for wall in ["brittle", "grained", "tough", "ductile"] {
+        assert!(told.contains(&format!("for {wall} broken: peridynamics")), "{told}");
+    }
+    assert!(told.contains("tough breaks into 2:"), "{told}");
+}
+
 #[test]
 fn lead_soldier() {
     let told = holds("lead-soldier");
@@ -303,6 +313,67 @@ fn clay_pot() {
     assert!((wide - high).abs() < 1e-3, "{wide} m, {high} m");
     let (wide, high) = sizes(recording.geometry_of(pot.id, last).expect("a geometry"));
     assert!(wide > 0.145 && high < 0.7 * wide, "{wide} m, {high} m");
+}
+
+/// Pieces, area of cracks \[m²\] and energy out of place \[1\] of the sheets of a run.
+fn torn(shown: &Shown) -> (u64, f64, f64) {
+    let sheets = &summary(&shown.folder)["sheets"];
+    let number = |key: &str| sheets[key].as_f64().expect("a number");
+    let pieces = sheets["pieces"].as_u64().expect("a count");
+    (pieces, number("torn_area"), number("energy_residual_rel"))
+}
+
+/// The ball goes through a hole, and the towel stays one piece.
+#[test]
+fn drape() {
+    let shown = Shown::of("drape");
+    let (pieces, area, off) = torn(&shown);
+    assert!(pieces == 1 && (1e-5..3e-5).contains(&area) && off < 0.02, "{pieces}, {area}, {off}");
+    let along = parts_along(&shown.recording(), "ball", 2);
+    let last = along.last().expect("a step")[0].1;
+    assert!(last < -0.1, "the ball is at {last} m");
+}
+
+/// The tear follows the wet patches: a straight one would have 3.0e-5 m².
+#[test]
+fn towel() {
+    let (pieces, area, off) = torn(&Shown::of("towel"));
+    assert!(pieces >= 2 && (3.2e-5..4.5e-5).contains(&area) && off < 0.02, "{area}, {off}");
+}
+
+/// A tear of 105 mm, straight down from the slit.
+#[test]
+fn film() {
+    let (pieces, area, off) = torn(&Shown::of("film"));
+    assert!(pieces <= 3 && (1.5e-5..1.9e-5).contains(&area) && off < 0.02, "{area}, {off}");
+}
+
+/// A tear of 120 mm, straight down from the slit.
+#[test]
+fn foil() {
+    let (pieces, area, off) = torn(&Shown::of("foil"));
+    assert!(pieces == 2 && (1.8e-6..2.2e-6).contains(&area) && off < 0.02, "{area}, {off}");
+}
+
+/// Nothing tears.
+#[test]
+fn curtain() {
+    let (pieces, area, off) = torn(&Shown::of("curtain"));
+    assert!(pieces == 1 && area == 0.0 && off < 0.01, "{pieces}, {area}, {off}");
+}
+
+/// One tear from side to side.
+#[test]
+fn two_sources() {
+    let (pieces, area, off) = torn(&Shown::of("two-sources"));
+    assert!(pieces >= 2 && (2.4e-5..3.2e-5).contains(&area) && off < 0.05, "{area}, {off}");
+}
+
+/// It is torn from edge to edge, 175 mm.
+#[test]
+fn seaweed() {
+    let (pieces, area, off) = torn(&Shown::of("seaweed"));
+    assert!(pieces >= 2 && (7e-6..2.2e-5).contains(&area) && off < 0.05, "{area}, {off}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 24] = [
+const SHIPPED: [&str; 32] = [
     "pot",
     "four-shapes",
     "bullet",
@@ -35,9 +35,17 @@ const SHIPPED: [&str; 24] = [
     "clay-pot",
     "plate",
     "panels",
+    "walls",
     "window",
     "egg",
     "bulb",
+    "drape",
+    "towel",
+    "film",
+    "foil",
+    "curtain",
+    "two-sources",
+    "seaweed",
 ];
 
 fn scenes() -> PathBuf {
