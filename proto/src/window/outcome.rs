@@ -17,7 +17,7 @@ const MAX_FRAMES: u64 = MAX_WINDOW_STEPS;
 /// Most points of a moving surface, and most of its triangles.
 const MAX_POINTS: u64 = 1 << 22;
 /// Most pieces.
-const MAX_PIECES: u64 = 1 << 16;
+const MAX_PIECES: u64 = 1 << 17;
 /// Bytes of a piece: three numbers, a mark, a step, mass and area.
 const PIECE: usize = 36;
 /// Bytes of a pose.

@@ -228,6 +228,14 @@ fn check(what: &SheetDiffusion) -> Result<(), Refusal> {
         shares && rows.windows(2).all(|w| w[0].0 < w[1].0)
     };
     let tables = [&what.stiffness, &what.toughness, &what.strength].into_iter().all(|t| rises(t));
+    let sound = |source: &SheetSource| match source.kind {
+        SheetSourceKind::Held(value) | SheetSourceKind::Flux(value) => value.is_finite(),
+        SheetSourceKind::Film(towards, film) => towards.is_finite() && (0.0..=1e12).contains(&film),
+    };
+    if let Some(number) = what.sources.iter().position(|source| !sound(source)) {
+        let lack = format!("source {} of a sheet has a number that does not hold", number + 1);
+        return Err(Refusal::Unfit { solver: crate::family::NAME, lack });
+    }
     if !fields || !not_negative || !tables || what.saturation.is_nan() {
         let lack = "what a sheet takes up needs finite numbers, rates of at least 0, and tables \
                     whose θ rises and whose shares lie in (0, 100]";

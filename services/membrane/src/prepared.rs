@@ -21,6 +21,8 @@ use cullet_model::{
 const STEP: f64 = 0.4;
 /// Most steps in one step of the world.
 const MOST_STEPS: f64 = 1e6;
+/// Most steps of what spreads in one step of the world.
+const MOST_CYCLES: f64 = 2e4;
 /// How far ν may be from 1/3 where bonds alone bear.
 const RUBBER_POISSON: f64 = 0.05;
 /// Radius of a point in contact, over the spacing, where the sheet is thinner: twice that.
@@ -198,6 +200,11 @@ impl PreparedMembrane {
             return Err(Refusal::TooLarge { what, value: steps, limit: MOST_STEPS });
         }
         self.substeps = steps.max(1.0) as u32;
+        let cycles = self.diffusion.as_ref().map_or(0.0, |it| self.setup.world_step / it.step);
+        if cycles > MOST_CYCLES {
+            let what = "the steps of what spreads in a sheet in one of the world";
+            return Err(Refusal::TooLarge { what, value: cycles, limit: MOST_CYCLES });
+        }
         Ok(())
     }
 

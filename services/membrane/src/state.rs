@@ -164,14 +164,25 @@ impl SheetState {
             [state.damage[b], state.damage[twin]] = [damage; 2];
             if !state.plastic.is_empty() {
                 [state.plastic[b], state.plastic[twin]] = [reader.real()?; 2];
-                [state.flowed[b], state.flowed[twin]] = [reader.real()?; 2];
+                let flowed = reader.real()?;
+                if !state.plastic[b].is_finite() || !flowed.is_finite() || flowed < 0.0 {
+                    return Err(foreign(format!("a plastic stretch is {flowed}")));
+                }
+                [state.flowed[b], state.flowed[twin]] = [flowed; 2];
             }
         }
         for label in &mut state.labels {
             *label = reader.short()?;
         }
         state.pieces = (0..reader.short()?).map(|_| reader.piece()).collect::<Result<_, _>>()?;
-        let known = |label: &u32| state.pieces.iter().any(|piece| piece.number == *label);
+        let mut numbers: Vec<u32> = state.pieces.iter().map(|piece| piece.number).collect();
+        numbers.sort_unstable();
+        // Each split takes the next number and leaves a point or more behind.
+        let most = prepared.points.places.len() as u32;
+        if numbers.windows(2).any(|two| two[0] == two[1]) || numbers.iter().any(|&n| n > most) {
+            return Err(foreign("its pieces are not numbered as they came to be".to_owned()));
+        }
+        let known = |label: &u32| numbers.binary_search(label).is_ok();
         if !reader.rest.is_empty() || !state.labels.iter().all(known) {
             return Err(foreign("it goes on after its end, or names an unknown piece".to_owned()));
         }

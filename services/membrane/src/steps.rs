@@ -203,7 +203,8 @@ impl SheetRun {
         let sheet = self.prepared.sheet();
         let blows =
             air::acts(&sheet.air) && (sheet.air.wind != Vec3::zeros() || sheet.air.pressure != 0.0);
-        if blows {
+        // What still spreads may move it again.
+        if blows || self.prepared.diffusion.is_some() {
             return;
         }
         let held: Vec<bool> = self.grips.holders.iter().map(|&holder| holder != FREE).collect();

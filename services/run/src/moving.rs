@@ -16,6 +16,10 @@ const FRAME_RATE: f64 = 30.0;
 /// How far beyond its reach a body counts as one that a sheet may meet, in distances of its points.
 const MARGIN: f64 = 4.0;
 
+/// A body that touches something rigid and moves less than this share of the distance of points in
+/// a window rests there \[1\].
+const RESTING: f64 = 0.1;
+
 /// The family of sheets.
 const MEMBRANE: &str = "membrane";
 
@@ -98,8 +102,12 @@ impl RunningSheet {
             if distance > reach {
                 continue;
             }
+            // What rests on something rigid would fall: its window does not know what carries it.
+            let rests = body.touching && view.velocity.norm() * time < RESTING * spacing;
             let motion = match body.inertia {
-                Some((mass, inertia)) if self.two_way => ProxyMotion::Free { mass, inertia },
+                Some((mass, inertia)) if self.two_way && !rests => {
+                    ProxyMotion::Free { mass, inertia }
+                }
                 _ => ProxyMotion::Steady,
             };
             proxies.push(Proxy {
@@ -136,20 +144,40 @@ impl SheetWindowRun {
         self.outcome.handed.iter().filter(|handed| can_move(handed.body)).map(lack).sum()
     }
 
-    /// How far apart the world and the window have a body at its end, at most \[m\].
+    /// How far apart the world and the window have a body that the sheet touched, at most, as of
+    /// the last step that both have \[m\].
     pub(super) fn gap(&self) -> f64 {
+        self.apart(|handed, _, _| touched(handed))
+    }
+
+    /// The same of all bodies that are near the sheet: one that something rigid pushed into it.
+    pub(super) fn stray(&self) -> f64 {
+        let SweptExtent { low, high, spacing, .. } = self.outcome.extent;
+        self.apart(|handed, seen, reach| {
+            let at = seen.translation.vector;
+            let outside = |k: usize| (low[k] - at[k]).max(at[k] - high[k]).max(0.0);
+            let distance = Vec3::new(outside(0), outside(1), outside(2)).norm();
+            touched(handed) || distance < reach + spacing
+        })
+    }
+
+    fn apart(&self, counts: impl Fn(&Handed, &Pose, f64) -> bool) -> f64 {
         let apart = |handed: &Handed| {
-            let (seen, own) = (self.seen.get(&handed.body)?.last()?, handed.poses.last()?);
-            let turned = seen.rotation.angle_to(&own.rotation);
+            let seen = self.seen.get(&handed.body)?;
+            let (own, seen) = (handed.poses.get(seen.len().checked_sub(1)?)?, seen.last()?);
             let proxy = self.window.proxies.iter().find(|proxy| proxy.body == handed.body)?;
-            let corners = proxy.parts.iter().flatten();
-            let reach = corners.map(Vec3::norm).fold(0.0, f64::max);
-            let met = handed.impulses.iter().any(|[impulse, _]| *impulse != Vec3::zeros());
+            let reach = proxy.parts.iter().flatten().map(Vec3::norm).fold(0.0, f64::max);
             let moved = (seen.translation.vector - own.translation.vector).norm();
-            met.then_some(moved + turned * reach)
+            let turned = seen.rotation.angle_to(&own.rotation);
+            counts(handed, seen, reach).then_some(moved + turned * reach)
         };
         self.outcome.handed.iter().filter_map(apart).fold(0.0, f64::max)
     }
+}
+
+/// Whether a window gave a body anything.
+pub(super) fn touched(handed: &Handed) -> bool {
+    handed.impulses.iter().any(|[impulse, _]| *impulse != Vec3::zeros())
 }
 
 pub(super) fn body_id(body: u64) -> BodyId {

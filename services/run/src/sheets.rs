@@ -2,10 +2,10 @@
 //! world takes what they gave, and a window is solved again where the world put a body elsewhere.
 
 use super::jobs::WantedJob;
-use super::moving::{SheetWindowRun, body_id};
+use super::moving::{SheetWindowRun, body_id, touched};
 use super::{RunError, SceneRun};
 use cullet_geometry::Vec3;
-use cullet_model::{Figure, Handed, ProxyMotion, SurfaceFrame, Window, WindowOutcome};
+use cullet_model::{Figure, Proxy, ProxyMotion, SurfaceFrame, Window, WindowOutcome};
 use cullet_pool::{JobEnding, Settlement};
 use cullet_proto::ids::digest;
 use cullet_proto::window::MAX_PROXIES;
@@ -117,10 +117,9 @@ impl SceneRun<'_> {
     pub(super) fn lead_bodies(&mut self) {
         let step = self.world.step_count();
         let mut met: BTreeMap<u64, u32> = BTreeMap::new();
-        let pushes = |handed: &Handed| handed.impulses.iter().any(|[p, _]| *p != Vec3::zeros());
         let runs = self.sheets.iter().filter(|sheet| sheet.two_way);
         for run in runs.filter_map(|sheet| sheet.open.as_ref()) {
-            for handed in run.outcome.handed.iter().filter(|handed| pushes(handed)) {
+            for handed in run.outcome.handed.iter().filter(|handed| touched(handed)) {
                 *met.entry(handed.body).or_default() += 1;
             }
         }
@@ -128,8 +127,12 @@ impl SceneRun<'_> {
             let Some(run) = &mut sheet.open else { continue };
             let at = (step - run.window.first_step - 1) as usize;
             for handed in &run.outcome.handed {
-                let alone = sheet.two_way && met.get(&handed.body) == Some(&1);
-                if let Some(pose) = handed.poses.get(at).filter(|_| alone && pushes(handed)) {
+                let free = |proxy: &Proxy| {
+                    proxy.body == handed.body && matches!(proxy.motion, ProxyMotion::Free { .. })
+                };
+                let alone =
+                    met.get(&handed.body) == Some(&1) && run.window.proxies.iter().any(free);
+                if let Some(pose) = handed.poses.get(at).filter(|_| alone && touched(handed)) {
                     self.world.lead(body_id(handed.body), pose);
                 }
                 if let Some(view) = self.world.body(body_id(handed.body)) {
@@ -151,15 +154,15 @@ impl SceneRun<'_> {
             }
             let spacing = self.sheets[index].extent.spacing;
             let first = self.sheets[index].open.as_ref().map_or(0.0, SheetWindowRun::gap);
-            let mut gap = first;
-            while gap > GAP * spacing {
+            let stray =
+                |run: &Self| run.sheets[index].open.as_ref().map_or(0.0, SheetWindowRun::stray);
+            while stray(self) > GAP * spacing {
                 let again = self.solve_again(index)?;
                 match again {
                     None => return Ok(false),
                     Some(false) => break,
                     Some(true) => {}
                 }
-                gap = self.sheets[index].open.as_ref().map_or(0.0, SheetWindowRun::gap);
             }
             self.record_window(index, first)?;
         }
@@ -175,11 +178,16 @@ impl SceneRun<'_> {
         };
         let mut window = run.window.clone();
         for proxy in &mut window.proxies {
+            let fixed = self.world.body(body_id(proxy.body)).is_none_or(|view| view.fixed);
             if let Some(seen) = run.seen.get(&proxy.body)
                 && seen.len() == window.steps as usize
+                && !fixed
             {
                 proxy.motion = ProxyMotion::Led(seen.clone());
             }
+        }
+        if window == run.window {
+            return Ok(Some(false));
         }
         let job = sheet.job(run.state.clone(), window.clone());
         let id = self.pool.open(WantedJob::Window(&job));
@@ -219,11 +227,10 @@ impl SceneRun<'_> {
         (sheet.state, sheet.extent) = (Some(state), run.outcome.extent);
         let name = self.scene.sheets[index].name.clone();
         for warning in &run.outcome.warnings {
-            let line = format!("{name}: {warning}");
             // The same with other figures is not said again; the recording has them all.
-            let words = line.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default();
-            if self.told_of_sheets.insert(words.to_owned()) {
-                self.say(line);
+            let words = warning.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default();
+            if self.told_of_sheets.insert(format!("{name}: {words}")) {
+                self.say(format!("{name}: {warning}"));
             }
         }
         Ok(())

@@ -210,12 +210,13 @@ impl ResolveContext<'_> {
             if rows.windows(2).any(|two| two[1][0] <= two[0][0]) {
                 self.wrong(&join(path, key), "its rows must have rising values of the quantity");
             }
-            if rows.iter().any(|row| !(1e-3..=1e3).contains(&row[1])) {
-                self.wrong(&join(path, key), "a share must lie from 0.001 to 1000");
+            if rows.iter().any(|row| !(1e-3..=100.0).contains(&row[1])) {
+                self.wrong(&join(path, key), "a share must lie from 0.001 to 100");
             }
         }
-        if written.diffusivity.iter().any(|d| !(0.0..=1e3).contains(d)) {
-            self.wrong(&join(path, "diffusivity"), "must lie from 0 to 1000 m²/s");
+        if written.diffusivity.iter().any(|d| !(1e-12..=1e3).contains(&(d * written.capacity))) {
+            let message = "times `capacity` it must lie from 1e-12 to 1000 m²/s";
+            self.wrong(&join(path, "diffusivity"), message);
         }
         let mut sources = Vec::new();
         for (index, source) in written.source.iter().enumerate() {
@@ -302,8 +303,12 @@ fn crosses(corners: &[SheetPlace]) -> bool {
     let turn = |a: SheetPlace, b: SheetPlace, c: SheetPlace| {
         (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     };
+    // Sides whose boxes are apart do not meet, also where they lie on one line.
+    let apart = |(a, b): (SheetPlace, SheetPlace), (c, d): (SheetPlace, SheetPlace)| {
+        (0..2).any(|k| a[k].max(b[k]) < c[k].min(d[k]) || c[k].max(d[k]) < a[k].min(b[k]))
+    };
     (0..count).any(|i| {
-        (i + 2..count).filter(|&j| (j + 1) % count != i).any(|j| {
+        (i + 2..count).filter(|&j| (j + 1) % count != i && !apart(side(i), side(j))).any(|j| {
             let ((a, b), (c, d)) = (side(i), side(j));
             turn(a, b, c) * turn(a, b, d) <= 0.0 && turn(c, d, a) * turn(c, d, b) <= 0.0
         })

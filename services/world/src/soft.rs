@@ -20,6 +20,8 @@ pub struct BodyForWindow {
     /// Its mass \[kg\] and inertia about its centre in its own frame \[kg·m²\]; `None`: it never
     /// moves.
     pub inertia: Option<(f64, Mat3)>,
+    /// Whether it touches another body of the rigid world, as of the last step.
+    pub touching: bool,
 }
 
 pub(crate) fn body_for_window(world: &WorldState, id: BodyId) -> Option<BodyForWindow> {
@@ -29,6 +31,7 @@ pub(crate) fn body_for_window(world: &WorldState, id: BodyId) -> Option<BodyForW
         reach: body.reach,
         friction: body.material.friction,
         inertia: (!body.fixed).then_some((body.mass, body.inertia)),
+        touching: world.rigid.touches(id.0),
     })
 }
 

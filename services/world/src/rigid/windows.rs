@@ -1,9 +1,9 @@
 //! What windows of deforming bodies ask of the engine.
 
+use super::Rigid;
 use super::ccd::set_back;
 use super::convert::engine_pose;
 use super::hulls::Part;
-use super::Rigid;
 use cullet_geometry::{Pose, Vec3};
 use rapier3d_f64::prelude::{Collider, ContactPair};
 
