@@ -113,19 +113,32 @@ pub enum WireError {
     },
 }
 
-fn settings() -> impl bincode::config::Config {
-    bincode::config::legacy().with_limit::<MAX_HEADER>()
-}
+/// Most bytes of what is encoded as a slab: a body's numbers, or those of a window.
+pub const MAX_RECORD: usize = 4 << 20;
 
 /// The bytes of a header.
 ///
 /// # Errors
-/// [`WireError::Header`] if it is larger than [`MAX_HEADER`].
+/// [`WireError::Limit`] if it is larger than [`MAX_HEADER`].
 pub fn encode<T: Serialize>(header: &T) -> Result<Vec<u8>, WireError> {
-    let bytes = bincode::serde::encode_to_vec(header, bincode::config::legacy())
-        .map_err(|e| WireError::Header(e.to_string()))?;
+    let bytes = encode_any(header)?;
     limit("a header's length", bytes.len() as u64, MAX_HEADER as u64)?;
     Ok(bytes)
+}
+
+/// The bytes of a record that is a slab.
+///
+/// # Errors
+/// [`WireError::Limit`] if it is larger than [`MAX_RECORD`].
+pub fn encode_record<T: Serialize>(record: &T) -> Result<Vec<u8>, WireError> {
+    let bytes = encode_any(record)?;
+    limit("a record's length", bytes.len() as u64, MAX_RECORD as u64)?;
+    Ok(bytes)
+}
+
+fn encode_any<T: Serialize>(value: &T) -> Result<Vec<u8>, WireError> {
+    bincode::serde::encode_to_vec(value, bincode::config::legacy())
+        .map_err(|e| WireError::Header(e.to_string()))
 }
 
 /// The header in these bytes, all of them.
@@ -135,12 +148,29 @@ pub fn encode<T: Serialize>(header: &T) -> Result<Vec<u8>, WireError> {
 /// some are left over.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
     limit("a header's length", bytes.len() as u64, MAX_HEADER as u64)?;
-    let (header, used) = bincode::serde::decode_from_slice(bytes, settings())
-        .map_err(|e| WireError::Header(e.to_string()))?;
-    if used != bytes.len() {
-        return Err(WireError::Trailing { what: "a header", extra: bytes.len() - used });
+    let settings = bincode::config::legacy().with_limit::<MAX_HEADER>();
+    whole(bincode::serde::decode_from_slice(bytes, settings), bytes.len())
+}
+
+/// The record in a slab, all of it.
+///
+/// # Errors
+/// As [`decode`], within [`MAX_RECORD`].
+pub fn decode_record<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
+    limit("a record's length", bytes.len() as u64, MAX_RECORD as u64)?;
+    let settings = bincode::config::legacy().with_limit::<MAX_RECORD>();
+    whole(bincode::serde::decode_from_slice(bytes, settings), bytes.len())
+}
+
+fn whole<T>(
+    decoded: Result<(T, usize), bincode::error::DecodeError>,
+    length: usize,
+) -> Result<T, WireError> {
+    let (value, used) = decoded.map_err(|e| WireError::Header(e.to_string()))?;
+    match length - used {
+        0 => Ok(value),
+        extra => Err(WireError::Trailing { what: "a header", extra }),
     }
-    Ok(header)
 }
 
 /// Holds a count to its limit.

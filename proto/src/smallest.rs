@@ -86,6 +86,7 @@ impl WindowJob {
             grips: Vec::new(),
             air,
             diffusion: None,
+            foundation: None,
             pace: MembranePace::Softer(10.0),
         };
         let setup = ContinuumSetup {
@@ -94,7 +95,8 @@ impl WindowJob {
             gravity: Vec3::new(0.0, -9.81, 0.0),
             seed,
         };
-        let window = Window { first_step: 0, steps: 4, frame_every: 8, proxies: Vec::new() };
+        let window =
+            Window { first_step: 0, steps: 4, frame_every: 8, proxies: Vec::new(), retired: None };
         Self { family: family.into(), setup, state: None, window }
     }
 }

@@ -1,32 +1,33 @@
 //! A window of the time of a body that moves as it deforms, on its way to a worker, and what came
 //! of it.
 //!
-//! What is large in a job is its state and the corners of bodies in reach: each travels by its
-//! digest, so that the worker that made a state need not be sent it.
+//! What is large in a job travels by its digest: the body, which is the same from window to window,
+//! the bodies in its reach, and its state, which the worker that made it has already.
 
 mod outcome;
+mod poses;
 
 pub use outcome::{decode_outcome, encode_outcome, state_of};
 
-use crate::codec::{self, WireError};
+use crate::codec::{self, MAX_RECORD, WireError};
 use crate::envelope::{self, MessageKind};
 use crate::ids::{JobId, digest};
 use crate::job::MAX_SOLVER;
 use crate::mesh::{self, Slabs};
-use cullet_geometry::Vec3;
-use cullet_model::{ContinuumSetup, ProxyMotion, Window};
+use cullet_geometry::{Solid, Vec3};
+use cullet_model::{ContinuumBody, ContinuumSetup, ProxyMotion, Window};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Most rigid bodies in one window: they travel in the header.
-pub const MAX_PROXIES: usize = 160;
+/// Most rigid bodies in one window.
+pub const MAX_PROXIES: usize = 1_024;
 /// Most convex parts of a body in reach.
 pub const MAX_PARTS_OF_PROXY: usize = 4_096;
 /// Most steps of the rigid world in one window.
 pub const MAX_WINDOW_STEPS: u64 = 1_024;
-/// Largest state \[bytes\] (F96).
-pub const MAX_STATE: u64 = 64 << 20;
+/// Largest state \[bytes\].
+pub use cullet_model::sheet_check::MAX_STATE;
 
 /// A window to be solved.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,15 +42,29 @@ pub struct WindowJob {
     pub window: Window,
 }
 
+/// Vertices and triangles of a body's solid, if it has one.
+type SolidCounts = Option<(u32, u32)>;
+
 #[derive(Serialize, Deserialize)]
 struct WindowHeader {
     family: String,
-    setup: ContinuumSetup,
+    /// Bytes of the body's numbers.
+    setup: u64,
+    solid: SolidCounts,
+    /// Bytes of the window's numbers.
+    window: u64,
+    /// \[bytes\].
+    state: Option<u64>,
+}
+
+/// A window and how much of it travels behind its numbers.
+#[derive(Serialize, Deserialize)]
+struct WindowRecord {
     window: Window,
     /// Corners of each convex part of each body in reach.
     corners: Vec<Vec<u32>>,
-    /// \[bytes\].
-    state: Option<u64>,
+    /// Poses of each led body.
+    led: Vec<u32>,
 }
 
 impl WindowJob {
@@ -61,27 +76,46 @@ impl WindowJob {
         Ok(self.slabs()?.0)
     }
 
-    /// The canonical bytes, and where in them the corners and the state are.
-    pub(crate) fn slabs(&self) -> Result<(Vec<u8>, [Range<usize>; 2]), WireError> {
-        let count = |part: &Vec<Vec3>| part.len() as u32;
-        let proxies = &self.window.proxies;
-        let corners = proxies.iter().map(|proxy| proxy.parts.iter().map(count).collect());
+    /// The canonical bytes, and where in them the body, the bodies in reach and the state are.
+    pub(crate) fn slabs(&self) -> Result<(Vec<u8>, [Range<usize>; 3]), WireError> {
+        let record = WindowRecord::of(&self.window);
+        record.check(self.setup.world_step, &self.setup.gravity)?;
+        let window = codec::encode_record(&record)?;
+        let (mut slabs, numbers, solid) = self.body()?;
         let header = WindowHeader {
             family: self.family.clone(),
-            setup: self.setup.clone(),
-            window: self.window.clone(),
-            corners: corners.collect(),
+            setup: numbers,
+            solid,
+            window: window.len() as u64,
             state: self.state.as_ref().map(|state| state.len() as u64),
         };
         header.check()?;
-        let mut slabs = Vec::new();
-        proxies.iter().flat_map(|p| &p.parts).for_each(|part| mesh::put_points(&mut slabs, part));
-        let middle = slabs.len();
+        let first = slabs.len();
+        slabs.extend_from_slice(&window);
+        for proxy in &self.window.proxies {
+            proxy.parts.iter().for_each(|part| mesh::put_points(&mut slabs, part));
+            if let ProxyMotion::Led(led) = &proxy.motion {
+                poses::put(&mut slabs, led);
+            }
+        }
+        let second = slabs.len();
         slabs.extend_from_slice(self.state.as_ref().map_or(&[], |state| state.as_slice()));
         let bytes = envelope::seal(MessageKind::WindowJob, &header, &slabs)?;
-        let first = bytes.len() - slabs.len();
-        let (middle, last) = (first + middle, bytes.len());
-        Ok((bytes, [first..middle, middle..last]))
+        let start = bytes.len() - slabs.len();
+        let [first, second, last] = [first, second, slabs.len()].map(|at| start + at);
+        Ok((bytes, [start..first, first..second, second..last]))
+    }
+
+    /// The slab of the body, the bytes of its numbers, and the counts of its solid.
+    fn body(&self) -> Result<(Vec<u8>, u64, SolidCounts), WireError> {
+        let mut slab = codec::encode_record(&self.setup)?;
+        let numbers = slab.len() as u64;
+        let solid = solid_of(&self.setup);
+        let counts = solid.map(mesh::counts).transpose()?;
+        if let Some(solid) = solid {
+            mesh::put_solid(&mut slab, solid);
+        }
+        Ok((slab, numbers, counts))
     }
 
     /// Whether these bytes hold a window.
@@ -95,19 +129,31 @@ impl WindowJob {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let (mut header, slabs) = envelope::open::<WindowHeader>(MessageKind::WindowJob, bytes)?;
+        let (header, slabs) = envelope::open::<WindowHeader>(MessageKind::WindowJob, bytes)?;
         header.check()?;
         let mut slabs = Slabs::new(slabs);
-        for (proxy, counts) in header.window.proxies.iter_mut().zip(&header.corners) {
-            let part = |count: &u32| slabs.points("corners of a body in reach", *count as usize);
-            proxy.parts = counts.iter().map(part).collect::<Result<_, _>>()?;
+        let numbers = slabs.take("a body's numbers", header.setup as usize, 1)?;
+        let mut setup: ContinuumSetup = codec::decode_record(numbers)?;
+        match (&mut setup.body, header.solid) {
+            (ContinuumBody::Soft(body), Some((vertices, triangles))) => {
+                body.solid = Arc::new(slabs.solid(vertices, triangles)?);
+            }
+            (ContinuumBody::Soft(_), None) | (_, Some(_)) => {
+                let why = "a soft body comes with its solid, a sheet without one";
+                return Err(WireError::Header(why.to_owned()));
+            }
+            (_, None) => {}
         }
+        let numbers = slabs.take("a window's numbers", header.window as usize, 1)?;
+        let mut record: WindowRecord = codec::decode_record(numbers)?;
+        record.fill(&mut slabs)?;
+        record.check(setup.world_step, &setup.gravity)?;
         let state = match header.state {
             Some(length) => Some(slabs.take("a window's state", length as usize, 1)?.to_vec()),
             None => None,
         };
         slabs.end("a window")?;
-        let WindowHeader { family, setup, window, .. } = header;
+        let (family, window) = (header.family, record.window);
         Ok(Self { family, setup, state: state.map(Arc::new), window })
     }
 
@@ -122,32 +168,79 @@ impl WindowJob {
     /// The digest of the body and its family: what it is prepared for once.
     ///
     /// # Errors
-    /// [`WireError::Header`] if it is too large.
+    /// As [`WindowJob::encode`].
     pub fn setup_digest(&self) -> Result<[u8; 32], WireError> {
-        Ok(digest(&codec::encode(&(&self.family, &self.setup))?))
+        let slab = self.body()?.0;
+        Ok(digest(&[self.family.as_bytes(), &[0], &slab].concat()))
+    }
+}
+
+/// The solid of a body that has one.
+fn solid_of(setup: &ContinuumSetup) -> Option<&Solid> {
+    match &setup.body {
+        ContinuumBody::Soft(body) => Some(&body.solid),
+        _ => None,
     }
 }
 
 impl WindowHeader {
     fn check(&self) -> Result<(), WireError> {
-        let Window { steps, frame_every, proxies, .. } = &self.window;
         codec::limit("a family name's length", self.family.len() as u64, MAX_SOLVER as u64)?;
+        codec::limit("a body's numbers", self.setup, MAX_RECORD as u64)?;
+        codec::limit("a window's numbers", self.window, MAX_RECORD as u64)?;
+        codec::limit("a window's state", self.state.unwrap_or(0), MAX_STATE)
+    }
+}
+
+impl WindowRecord {
+    fn of(window: &Window) -> Self {
+        let count = |part: &Vec<Vec3>| part.len() as u32;
+        let led = |motion: &ProxyMotion| match motion {
+            ProxyMotion::Led(poses) => poses.len() as u32,
+            _ => 0,
+        };
+        let proxies = &window.proxies;
+        Self {
+            window: window.clone(),
+            corners: proxies.iter().map(|it| it.parts.iter().map(count).collect()).collect(),
+            led: proxies.iter().map(|it| led(&it.motion)).collect(),
+        }
+    }
+
+    /// Takes what travels behind the numbers.
+    fn fill(&mut self, slabs: &mut Slabs<'_>) -> Result<(), WireError> {
+        let counts = self.corners.iter().zip(&self.led);
+        for (proxy, (corners, &led)) in self.window.proxies.iter_mut().zip(counts) {
+            let part = |count: &u32| slabs.points("corners of a body in reach", *count as usize);
+            proxy.parts = corners.iter().map(part).collect::<Result<_, _>>()?;
+            if let ProxyMotion::Led(poses) = &mut proxy.motion {
+                *poses = poses::take(slabs, "poses of a led body", led as usize)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&self, world_step: f64, gravity: &Vec3) -> Result<(), WireError> {
+        let Window { steps, frame_every, proxies, .. } = &self.window;
         codec::limit("steps of a window", u64::from(*steps), MAX_WINDOW_STEPS)?;
         codec::limit("a window without steps", 1, u64::from(*steps))?;
         codec::limit("a window without frames", 1, u64::from(*frame_every))?;
         codec::limit("bodies in a window's reach", proxies.len() as u64, MAX_PROXIES as u64)?;
         codec::limit("bodies with corners", self.corners.len() as u64, proxies.len() as u64)?;
         codec::limit("bodies without corners", proxies.len() as u64, self.corners.len() as u64)?;
-        codec::limit("a window's state", self.state.unwrap_or(0), MAX_STATE)?;
-        codec::finite("a window's step", &[self.setup.world_step])?;
-        codec::finite("a window's gravity", self.setup.gravity.as_slice())?;
+        codec::limit("bodies with poses", self.led.len() as u64, proxies.len() as u64)?;
+        codec::limit("bodies without poses", proxies.len() as u64, self.led.len() as u64)?;
+        let retired = self.window.retired.as_ref().map_or(0, Vec::len);
+        codec::limit("pieces that became rigid", retired as u64, MAX_PROXIES as u64)?;
+        codec::finite("a window's step", &[world_step])?;
+        codec::finite("a window's gravity", gravity.as_slice())?;
         for (proxy, corners) in proxies.iter().zip(&self.corners) {
             let parts = corners.len() as u64;
             codec::limit("a body's convex parts", parts, MAX_PARTS_OF_PROXY as u64)?;
             let motion = [proxy.velocity.as_slice(), proxy.spin.as_slice()].concat();
             codec::finite("a body in reach", &motion)?;
             codec::finite("a body in reach", &[proxy.friction])?;
-            pose(&proxy.pose)?;
+            poses::check(&proxy.pose)?;
             match &proxy.motion {
                 ProxyMotion::Free { mass, inertia } => {
                     codec::finite("a body in reach", &[*mass])?;
@@ -160,23 +253,12 @@ impl WindowHeader {
                         let (what, need) = ("poses of a led body", *steps as usize);
                         return Err(WireError::Short { what, have, need });
                     }
-                    poses.iter().try_for_each(pose)?;
+                    poses.iter().try_for_each(poses::check)?;
                 }
             }
         }
         Ok(())
     }
-}
-
-/// Holds a pose to finite numbers and a turn of length 1.
-fn pose(pose: &cullet_geometry::Pose) -> Result<(), WireError> {
-    codec::finite("a pose", pose.translation.vector.as_slice())?;
-    codec::finite("a pose", pose.rotation.coords.as_slice())?;
-    let off = (pose.rotation.coords.norm() - 1.0).abs();
-    if off > 1e-6 {
-        return Err(WireError::Header(format!("a turn is off length 1 by {off:.1e}")));
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -1,16 +1,18 @@
 //! What came of a window: a header, then its slabs.
 
+use super::poses;
 use crate::codec::{self, WireError};
 use crate::envelope::{self, MessageKind};
 use crate::mesh::{self, Slabs};
 use crate::verdict::{MAX_DETAILS, MAX_WARNINGS, cut};
 use crate::window::{MAX_PROXIES, MAX_STATE, MAX_WINDOW_STEPS};
-use cullet_geometry::{Pose, Quat, Vec3};
+use cullet_geometry::Vec3;
 use cullet_model::{
-    Figure, Handed, MovingSurface, SurfaceFrame, SweptExtent, TornPiece, WindowLedger,
-    WindowOutcome,
+    Figure, Handed, MovingSurface, SettledPiece, SurfaceFrame, SweptExtent, TornPiece,
+    WindowLedger, WindowOutcome,
 };
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Most frames of one window, and most surfaces.
 const MAX_FRAMES: u64 = MAX_WINDOW_STEPS;
@@ -18,10 +20,10 @@ const MAX_FRAMES: u64 = MAX_WINDOW_STEPS;
 const MAX_POINTS: u64 = 1 << 22;
 /// Most pieces.
 const MAX_PIECES: u64 = 1 << 17;
+/// Most pieces that come to rest in a window.
+const MAX_SETTLED: u64 = 256;
 /// Bytes of a piece: three numbers, a mark, a step, mass and area.
 const PIECE: usize = 36;
-/// Bytes of a pose.
-const POSE: usize = 56;
 
 #[derive(Serialize, Deserialize)]
 struct HandedRow {
@@ -39,6 +41,15 @@ struct FrameRow {
 }
 
 #[derive(Serialize, Deserialize)]
+struct SettledRow {
+    number: u32,
+    vertices: u32,
+    triangles: u32,
+    place: [f64; 3],
+    mass: f64,
+}
+
+#[derive(Serialize, Deserialize)]
 struct OutcomeHeader {
     state: u64,
     extent: SweptExtent,
@@ -47,6 +58,7 @@ struct OutcomeHeader {
     surfaces: Vec<(u32, u32, f32)>,
     frames: Vec<FrameRow>,
     pieces: u32,
+    settled: Vec<SettledRow>,
     ledger: WindowLedger,
     figures: Vec<Figure>,
     warnings: Vec<String>,
@@ -75,6 +87,7 @@ pub fn encode_outcome(outcome: &WindowOutcome) -> Result<Vec<u8>, WireError> {
         surfaces: outcome.surfaces.iter().map(counts).collect(),
         frames: outcome.frames.iter().map(frame).collect(),
         pieces: outcome.pieces.len() as u32,
+        settled: outcome.settled.iter().map(settled_row).collect::<Result<_, _>>()?,
         ledger: outcome.ledger,
         figures: outcome.figures.iter().take(MAX_DETAILS).cloned().collect(),
         warnings: outcome.warnings.iter().take(MAX_WARNINGS).map(|text| cut(text)).collect(),
@@ -84,7 +97,7 @@ pub fn encode_outcome(outcome: &WindowOutcome) -> Result<Vec<u8>, WireError> {
     for handed in &outcome.handed {
         same("poses of a body", handed.poses.len(), handed.impulses.len())?;
         mesh::put_points(&mut slabs, handed.impulses.as_flattened());
-        handed.poses.iter().flat_map(numbers).for_each(|x| slabs.extend(x.to_le_bytes()));
+        poses::put(&mut slabs, &handed.poses);
     }
     for surface in &outcome.surfaces {
         mesh::put_u32s(&mut slabs, surface.triangles.as_flattened().iter().copied());
@@ -103,7 +116,14 @@ pub fn encode_outcome(outcome: &WindowOutcome) -> Result<Vec<u8>, WireError> {
         slabs.extend_from_slice(&piece.mass.to_le_bytes());
         slabs.extend_from_slice(&piece.area.to_le_bytes());
     }
+    outcome.settled.iter().for_each(|piece| mesh::put_solid(&mut slabs, &piece.solid));
     envelope::seal(MessageKind::WindowResult, &header, &slabs)
+}
+
+fn settled_row(piece: &SettledPiece) -> Result<SettledRow, WireError> {
+    let (vertices, triangles) = mesh::counts(&piece.solid)?;
+    let (number, place, mass) = (piece.number, piece.place.into(), piece.mass);
+    Ok(SettledRow { number, vertices, triangles, place, mass })
 }
 
 /// The state in an outcome's bytes, if they are such.
@@ -124,8 +144,7 @@ pub fn decode_outcome(bytes: &[u8]) -> Result<WindowOutcome, WireError> {
     let state = slabs.take("a window's state", header.state as usize, 1)?.to_vec();
     let handed = header.handed.into_iter().map(|row| {
         let impulses = slabs.points("impulses on a body", 2 * row.steps as usize)?;
-        let rows = slabs.take("poses of a body", row.steps as usize, POSE)?;
-        let poses = rows.as_chunks::<POSE>().0.iter().map(pose).collect::<Result<_, _>>()?;
+        let poses = poses::take(&mut slabs, "poses of a body", row.steps as usize)?;
         Ok(Handed { body: row.body, impulses: impulses.as_chunks().0.to_vec(), poses })
     });
     let handed = handed.collect::<Result<_, WireError>>()?;
@@ -152,9 +171,25 @@ pub fn decode_outcome(bytes: &[u8]) -> Result<WindowOutcome, WireError> {
     }
     let rows = slabs.take("pieces of a sheet", header.pieces as usize, PIECE)?;
     let pieces = rows.as_chunks::<PIECE>().0.iter().map(piece).collect::<Result<_, _>>()?;
+    let settled = header.settled.iter().map(|row| {
+        let solid = Arc::new(slabs.solid(row.vertices, row.triangles)?);
+        Ok(SettledPiece { number: row.number, solid, place: row.place.into(), mass: row.mass })
+    });
+    let settled = settled.collect::<Result<_, WireError>>()?;
     slabs.end("a window's outcome")?;
     let OutcomeHeader { extent, ledger, figures, warnings, .. } = header;
-    Ok(WindowOutcome { state, extent, handed, surfaces, frames, pieces, ledger, figures, warnings })
+    Ok(WindowOutcome {
+        state,
+        extent,
+        handed,
+        surfaces,
+        frames,
+        pieces,
+        settled,
+        ledger,
+        figures,
+        warnings,
+    })
 }
 
 impl OutcomeHeader {
@@ -164,6 +199,11 @@ impl OutcomeHeader {
         codec::limit("surfaces of a window", self.surfaces.len() as u64, MAX_FRAMES)?;
         codec::limit("frames of a window", self.frames.len() as u64, MAX_FRAMES)?;
         codec::limit("pieces of a sheet", u64::from(self.pieces), MAX_PIECES)?;
+        codec::limit("pieces at rest", self.settled.len() as u64, MAX_SETTLED)?;
+        for row in &self.settled {
+            codec::finite("where a piece is", &row.place)?;
+            codec::finite("the mass of a piece", &[row.mass])?;
+        }
         codec::limit("figures of a window", self.figures.len() as u64, MAX_DETAILS as u64)?;
         codec::limit("warnings of a window", self.warnings.len() as u64, MAX_WARNINGS as u64)?;
         for &(triangles, points, thickness) in &self.surfaces {
@@ -182,21 +222,6 @@ impl OutcomeHeader {
         codec::finite("a window's figures", &values)?;
         codec::finite("a window's ledger", &self.ledger.numbers().map(|(_, value)| value))
     }
-}
-
-/// Place and turn of a pose.
-fn numbers(pose: &Pose) -> [f64; 7] {
-    let (place, turn) = (pose.translation.vector, pose.rotation.coords);
-    [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w]
-}
-
-fn pose(row: &[u8; POSE]) -> Result<Pose, WireError> {
-    let number = |k: usize| f64::from_le_bytes(row.as_chunks::<8>().0[k]);
-    let place = Vec3::new(number(0), number(1), number(2));
-    let mut turn = Quat::identity();
-    (0..4).for_each(|k| turn.as_mut_unchecked().coords[k] = number(3 + k));
-    let pose = Pose::from_parts(place.into(), turn);
-    super::pose(&pose).map(|()| pose)
 }
 
 fn same(what: &'static str, have: usize, need: usize) -> Result<(), WireError> {

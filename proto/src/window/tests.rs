@@ -1,10 +1,11 @@
 use super::*;
 use crate::Verdict;
 use crate::outline::{Outline, Parted};
-use cullet_geometry::{Mat3, Pose};
+use cullet_geometry::{Mat3, Pose, shapes};
 use cullet_model::{
-    Figure, Handed, MovingSurface, Proxy, SurfaceFrame, SweptExtent, TornPiece, WindowLedger,
-    WindowOutcome,
+    BodyCut, BodyGrip, BodyRegion, BondedSolid, Figure, Handed, Material, MembranePace,
+    MovingSurface, Proxy, SettledPiece, SheetAir, SoftBody, SoftLaw, SurfaceFrame, SweptExtent,
+    TornPiece, WindowLedger, WindowOutcome,
 };
 
 fn proxy(body: u64, motion: ProxyMotion) -> Proxy {
@@ -24,6 +25,7 @@ fn job() -> WindowJob {
     let mut job = WindowJob::smallest("membrane", 7);
     let free = ProxyMotion::Free { mass: 2.0, inertia: Mat3::identity() };
     let led = ProxyMotion::Led(vec![Pose::identity(); 4]);
+    job.window.retired = Some(vec![2, 5]);
     job.window.proxies = vec![proxy(3, free), proxy(5, ProxyMotion::Steady), proxy(9, led)];
     job.state = Some(Arc::new((0..9_000u32).map(|k| k as u8).collect()));
     job
@@ -34,6 +36,7 @@ fn a_window_comes_back_from_its_parts_with_the_id_of_the_whole() -> Result<(), W
     let job = job();
     assert_eq!(WindowJob::decode(&job.encode()?)?, job);
     let parted = Parted::of_window(&job)?;
+    // The body itself is small and stays in the outline.
     assert_eq!((parted.parts.len(), parted.id), (2, job.id()?));
     let parts: Vec<_> = parted.parts.iter().map(|(_, part)| part.as_slice()).collect();
     assert_eq!(Outline::open(&parted.outline)?.whole(&parts), Some(job.encode()?));
@@ -46,6 +49,59 @@ fn a_window_comes_back_from_its_parts_with_the_id_of_the_whole() -> Result<(), W
     assert_ne!(empty.id()?, start.id()?);
     assert_eq!(empty.setup_digest()?, job.setup_digest()?);
     assert_ne!(WindowJob::smallest("membrane", 8).setup_digest()?, job.setup_digest()?);
+    Ok(())
+}
+
+/// A soft body with a solid of some hundred triangles.
+fn soft() -> Result<WindowJob, WireError> {
+    let mut job = job();
+    let detail = shapes::Detail { segments: 200, ..shapes::Detail::default() };
+    let mesh = shapes::cylinder(0.1, 0.1, detail).expect("a cylinder");
+    let region = BodyRegion::Ball { centre: Vec3::x(), radius: 0.1 };
+    let path: Vec<(f64, Vec3)> = (0..3000).map(|k| (f64::from(k), Vec3::y())).collect();
+    job.setup.body = ContinuumBody::Soft(SoftBody {
+        solid: Arc::new(Solid::outer(mesh)),
+        material: Material {
+            density: 1000.0,
+            young: 1e5,
+            poisson: 0.3,
+            failure_stress: 1e4,
+            fracture_energy: 10.0,
+        },
+        law: SoftLaw::Bonded(BondedSolid::default()),
+        spacing: 0.01,
+        damping: 0.1,
+        pose: Pose::identity(),
+        velocity: Vec3::zeros(),
+        spin: Vec3::zeros(),
+        grips: vec![BodyGrip { region, path, turn: Vec3::z(), until: None }],
+        cuts: vec![BodyCut { corners: vec![Vec3::x(), Vec3::y(), Vec3::z()] }],
+        air: SheetAir {
+            density: 0.0,
+            drag: 0.0,
+            wind: Vec3::zeros(),
+            gusts: [0.0; 2],
+            pressure: 0.0,
+        },
+        pace: MembranePace::Real,
+    });
+    Ok(job)
+}
+
+#[test]
+fn a_soft_body_travels_with_its_solid_and_by_one_digest() -> Result<(), WireError> {
+    let job = soft()?;
+    assert_eq!(WindowJob::decode(&job.encode()?)?, job);
+    let parted = Parted::of_window(&job)?;
+    assert_eq!(parted.parts.len(), 3);
+    let mut later = job.clone();
+    later.window.first_step += 4;
+    assert_eq!(Parted::of_window(&later)?.parts[0], parted.parts[0]);
+    let mut other = job.clone();
+    let ContinuumBody::Soft(body) = &mut other.setup.body else { panic!("another body") };
+    Arc::make_mut(&mut body.solid).mesh.vertices[0].x += 1e-9;
+    assert_ne!(other.setup_digest()?, job.setup_digest()?);
+    assert_eq!(later.setup_digest()?, job.setup_digest()?);
     Ok(())
 }
 
@@ -104,6 +160,12 @@ fn outcome() -> WindowOutcome {
         surfaces: vec![surface],
         frames: vec![frame(4, Vec::new()), frame(8, vec![0.5; 3])],
         pieces: vec![TornPiece { frozen: false, ..piece }, piece],
+        settled: vec![SettledPiece {
+            number: 1,
+            solid: Arc::new(crate::job::tests::tetrahedron()),
+            place: Vec3::z(),
+            mass: 0.1,
+        }],
         ledger: WindowLedger { mass: 1.0, residual: -1e-9, ..WindowLedger::default() },
         figures: vec![Figure { name: "pace".into(), unit: "1".into(), value: 2.0 }],
         warnings: vec!["look".into()],
@@ -118,7 +180,8 @@ fn an_outcome_comes_back_as_it_went_or_says_what_is_wrong() -> Result<(), WireEr
     assert_eq!(state_of(&bytes), Some(&[1, 2, 3][..]));
     assert_eq!(state_of(&job().encode()?), None);
     let short = decode_outcome(&bytes[..bytes.len() - 1]);
-    assert!(matches!(short, Err(WireError::Short { what: "pieces of a sheet", .. })), "{short:?}");
+    let what = "a mesh's front speeds";
+    assert!(matches!(short, Err(WireError::Short { what: said, .. }) if said == what), "{short:?}");
     let spoilt = |spoil: &dyn Fn(&mut WindowOutcome)| {
         let mut outcome = outcome.clone();
         spoil(&mut outcome);
@@ -127,7 +190,8 @@ fn an_outcome_comes_back_as_it_went_or_says_what_is_wrong() -> Result<(), WireEr
     assert!(matches!(spoilt(&|o| o.surfaces[0].triangles[0][1] = 3), Err(WireError::Index { .. })));
     assert!(matches!(spoilt(&|o| o.frames[0].surface = 1), Err(WireError::Short { .. })));
     assert!(matches!(spoilt(&|o| o.frames[1].quantity = vec![1.0]), Err(WireError::Short { .. })));
-    let spoils: [fn(&mut WindowOutcome); 6] = [
+    let spoils: [fn(&mut WindowOutcome); 7] = [
+        |o| o.settled[0].mass = f64::NAN,
         |o| o.extent.speed = f64::NAN,
         |o| o.handed[0].poses[1].translation.vector.z = f64::NAN,
         |o| o.frames[0].offsets[1][2] = f32::NAN,

@@ -10,7 +10,8 @@
 use crate::membrane::MembraneSheet;
 use crate::outcome::Figure;
 use crate::refusal::{Failure, Refusal};
-use cullet_geometry::{Mat3, Pose, Vec3};
+use crate::soft::{SoftBody, SoftLaw};
+use cullet_geometry::{Mat3, Pose, Solid, Vec3};
 use std::any::Any;
 use std::sync::Arc;
 
@@ -21,6 +22,56 @@ use std::sync::Arc;
 pub enum ContinuumBody {
     /// A thin sheet.
     Membrane(MembraneSheet),
+    /// A soft shell or a soft solid.
+    Soft(SoftBody),
+}
+
+impl ContinuumBody {
+    /// Name of the family that solves it.
+    #[must_use]
+    pub fn family(&self) -> &'static str {
+        match self {
+            Self::Membrane(_) => "membrane",
+            Self::Soft(SoftBody { law: SoftLaw::Shell { .. }, .. }) => "soft-shell",
+            Self::Soft(SoftBody { law: SoftLaw::Bonded(_), .. }) => "soft-solid",
+        }
+    }
+
+    /// Corners that span it at rest, in the world \[m\].
+    #[must_use]
+    pub fn corners(&self) -> Vec<Vec3> {
+        match self {
+            Self::Membrane(sheet) => {
+                let place = |at: &[f64; 2]| nalgebra::Point3::new(at[0], at[1], 0.0);
+                sheet.outline.iter().map(|at| (sheet.pose * place(at)).coords).collect()
+            }
+            Self::Soft(body) => {
+                let place = |at: &Vec3| (body.pose * nalgebra::Point3::from(*at)).coords;
+                body.solid.mesh.vertices.iter().map(place).collect()
+            }
+        }
+    }
+
+    /// Speed of the fastest of its points at first \[m/s\].
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        match self {
+            Self::Membrane(sheet) => sheet.velocity.norm(),
+            Self::Soft(body) => {
+                let reaches = body.solid.mesh.vertices.iter().map(nalgebra::Matrix::norm);
+                body.velocity.norm() + body.spin.norm() * reaches.fold(0.0, f64::max)
+            }
+        }
+    }
+
+    /// Distance of its points \[m\].
+    #[must_use]
+    pub fn spacing(&self) -> f64 {
+        match self {
+            Self::Membrane(sheet) => sheet.spacing,
+            Self::Soft(body) => body.spacing,
+        }
+    }
 }
 
 /// A body and the clock that it is simulated by: all that stays the same from window to window.
@@ -49,6 +100,9 @@ pub struct Window {
     pub frame_every: u32,
     /// Rigid bodies in reach, by rising number.
     pub proxies: Vec<Proxy>,
+    /// Pieces that have become rigid bodies since the last window, by number: they are here no
+    /// more. `None`: none shall.
+    pub retired: Option<Vec<u32>>,
 }
 
 /// A rigid body as it stands in a window.
@@ -87,7 +141,10 @@ pub enum ProxyMotion {
     /// It keeps the velocity and spin that it has, whatever touches it: zero for a fixed one.
     Steady,
     /// It is at these poses after each step of the world.
-    Led(Vec<Pose>),
+    Led(
+        // They travel beside the numbers.
+        #[cfg_attr(feature = "wire", serde(skip))] Vec<Pose>,
+    ),
 }
 
 /// What a rigid body was given in a window.
@@ -121,7 +178,8 @@ pub struct SweptExtent {
 pub struct MovingSurface {
     /// Corners, counter-clockwise seen from the outside, or from above in the reference plane.
     pub triangles: Vec<[u32; 3]>,
-    /// Place of each point at rest, in its sheet's plane \[m\].
+    /// Place of each point at rest, in its sheet's plane \[m\]; of a body that lies in no plane,
+    /// what a texture is laid by.
     pub reference: Vec<[f32; 2]>,
     /// Thickness with which it is drawn \[m\]; 0 for a closed surface.
     pub thickness: f32,
@@ -154,10 +212,23 @@ pub struct TornPiece {
     pub born: u64,
     /// \[kg\].
     pub mass: f64,
-    /// Area at rest \[m²\].
+    /// Area at rest \[m²\]: of a solid, of its outer surface.
     pub area: f64,
     /// Whether it is at rest and not simulated until something comes near.
     pub frozen: bool,
+}
+
+/// A piece that has come to rest, as a rigid body of its shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SettledPiece {
+    /// Its number.
+    pub number: u32,
+    /// What it fills, about its centre \[m\].
+    pub solid: Arc<Solid>,
+    /// Where its centre is \[m\].
+    pub place: Vec3,
+    /// \[kg\].
+    pub mass: f64,
 }
 
 /// What came and went in a window. Energies \[J\] are counted with velocities at mid-step.
@@ -256,6 +327,8 @@ pub struct WindowOutcome {
     pub frames: Vec<SurfaceFrame>,
     /// The parts that it has come to, by number.
     pub pieces: Vec<TornPiece>,
+    /// Those that have come to rest in it, where they shall become rigid bodies.
+    pub settled: Vec<SettledPiece>,
     /// What came and went.
     pub ledger: WindowLedger,
     /// The family's own figures.
@@ -274,6 +347,9 @@ pub enum WindowProgress {
     /// Numerics went wrong.
     Failed(Failure),
 }
+
+/// What a prepared body counts as where its family does not say \[bytes\].
+pub const PREPARED_GUESS: u64 = 128 << 20;
 
 /// A family of bodies that are simulated for as long as a scene lasts. It has a crate of its own
 /// and one line in the worker's table.
@@ -298,6 +374,10 @@ pub trait Continuum: Sized + 'static {
     ) -> Result<Self, Refusal>;
     /// Advances by one bounded slice; the host looks for cancellation between slices.
     fn advance(&mut self) -> WindowProgress;
+    /// Memory that a prepared body takes, about \[bytes\]: hosts keep some for the next windows.
+    fn bytes(_prepared: &Self::Prepared) -> u64 {
+        PREPARED_GUESS
+    }
 }
 
 /// A window in progress, whatever its family.
@@ -327,6 +407,8 @@ pub struct ContinuumEntry {
     pub prepare: fn(&ContinuumSetup) -> Result<PreparedBody, Refusal>,
     /// [`Continuum::open`].
     pub open: OpenWindow,
+    /// [`Continuum::bytes`].
+    pub bytes: fn(&PreparedBody) -> u64,
 }
 
 /// The line of a family.
@@ -342,5 +424,6 @@ pub const fn continuum_entry<C: Continuum>() -> ContinuumEntry {
             };
             Ok(Box::new(C::open(prepared, state, window)?))
         },
+        bytes: |prepared| prepared.downcast_ref().map_or(PREPARED_GUESS, C::bytes),
     }
 }

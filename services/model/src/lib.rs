@@ -20,6 +20,8 @@ pub mod precision;
 pub mod preconditions;
 pub mod problem;
 pub mod refusal;
+pub mod sheet_check;
+pub mod soft;
 pub mod solver;
 pub mod strength;
 pub mod tolerance;
@@ -29,8 +31,8 @@ pub use body::BodyShape;
 pub use bonded::{BondGrain, BondedSolid};
 pub use continuum::{
     Continuum, ContinuumBody, ContinuumEntry, ContinuumSetup, Handed, MovingSurface, PreparedBody,
-    Proxy, ProxyMotion, SurfaceFrame, SweptExtent, TornPiece, Window, WindowInProgress,
-    WindowLedger, WindowOutcome, WindowProgress, continuum_entry,
+    Proxy, ProxyMotion, SettledPiece, SurfaceFrame, SweptExtent, TornPiece, Window,
+    WindowInProgress, WindowLedger, WindowOutcome, WindowProgress, continuum_entry,
 };
 pub use detail::CrackFaceDetail;
 pub use hardening::Hardening;
@@ -47,6 +49,8 @@ pub use outcome::{
 pub use precision::PointPrecision;
 pub use problem::{BrittleProblem, BrittleSettings, Impact, Problem, Settings, Support};
 pub use refusal::{Failure, Refusal};
+pub use sheet_check::SheetFault;
+pub use soft::{BodyCut, BodyGrip, BodyRegion, SoftBody, SoftLaw};
 pub use solver::{Cost, Progress, SolveInProgress, Solver, SolverEntry, entry};
 pub use strength::{PatternWeakPlane, Strength, StrengthField};
 pub use tolerance::Tolerance;

@@ -34,6 +34,8 @@ pub struct MembraneSheet {
     pub air: SheetAir,
     /// What it takes up, if anything.
     pub diffusion: Option<SheetDiffusion>,
+    /// Stiffness by area of a base that pulls each point back to where it is at rest \[Pa/m\].
+    pub foundation: Option<f64>,
     /// How fast its waves are allowed to be.
     pub pace: MembranePace,
 }

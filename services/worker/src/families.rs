@@ -4,8 +4,8 @@ use cullet_fracture::{Brittle, Ductile, specimen};
 use cullet_geometric::Geometric;
 use cullet_membrane::MembraneWindow;
 use cullet_model::{ContinuumEntry, SolverEntry, continuum_entry, entry};
-use cullet_peridynamics::Peridynamics;
-use cullet_shell::ShellSolver;
+use cullet_peridynamics::{Peridynamics, SoftSolidWindow};
+use cullet_shell::{ShellSolver, SoftShellWindow};
 use cullet_specimen::SpecimenFamily;
 
 /// Every family.
@@ -18,7 +18,11 @@ pub const FAMILIES: &[SolverEntry] = &[
 ];
 
 /// Every family whose bodies move as they deform.
-pub const CONTINUA: &[ContinuumEntry] = &[continuum_entry::<MembraneWindow>()];
+pub const CONTINUA: &[ContinuumEntry] = &[
+    continuum_entry::<MembraneWindow>(),
+    continuum_entry::<SoftShellWindow>(),
+    continuum_entry::<SoftSolidWindow>(),
+];
 
 /// Every family that makes specimens discrete.
 pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[
@@ -26,6 +30,7 @@ pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[
     specimen::DUCTILE,
     cullet_shell::specimen::FAMILY,
     cullet_peridynamics::specimen::FAMILY,
+    cullet_membrane::specimen::FAMILY,
 ];
 
 /// The family of that name.

@@ -4,13 +4,45 @@ use crate::families::CONTINUA;
 use crate::solve::JobControl;
 use cullet_model::{ContinuumEntry, PreparedBody, Refusal, WindowInProgress, WindowProgress};
 use cullet_proto::{Verdict, WindowJob};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// Bodies that a process keeps prepared: the next window is most likely of one of them.
-const KEPT: usize = 8;
+/// Memory of the bodies that a process keeps prepared \[bytes\]: the next window is most likely of
+/// one of them. The one used last is kept however large it is.
+const MAX_PREPARED: u64 = 1 << 30;
 
-/// A prepared body, by the digest of its setup; the one used last is last.
-static PREPARED: Mutex<Vec<([u8; 32], PreparedBody)>> = Mutex::new(Vec::new());
+static PREPARED: Mutex<PreparedBodies> = Mutex::new(PreparedBodies { kept: Vec::new() });
+
+/// Prepared bodies by the digests of their setups, each with its size \[bytes\]; the one used last
+/// is last.
+struct PreparedBodies {
+    kept: Vec<([u8; 32], PreparedBody, u64)>,
+}
+
+impl PreparedBodies {
+    fn get(&mut self, name: &[u8; 32]) -> Option<PreparedBody> {
+        let at = self.kept.iter().position(|(known, ..)| known == name)?;
+        let found = self.kept.remove(at);
+        let body = found.1.clone();
+        self.kept.push(found);
+        Some(body)
+    }
+
+    /// Keeps a body, and of the others as many as fit beside it, the least recently used ones not.
+    fn put(&mut self, name: [u8; 32], body: PreparedBody, bytes: u64, bound: u64) {
+        self.kept.retain(|(known, ..)| *known != name);
+        let mut held: u64 = self.kept.iter().map(|(.., bytes)| bytes).sum();
+        let mut gone = 0;
+        for (.., own) in &self.kept {
+            if held.saturating_add(bytes) <= bound {
+                break;
+            }
+            held -= own;
+            gone += 1;
+        }
+        self.kept.drain(..gone);
+        self.kept.push((name, body, bytes));
+    }
+}
 
 /// Solves a window with the family that it names. `None`: it was cancelled.
 pub(crate) fn solve(job: &WindowJob, watch: &JobControl) -> Option<Verdict> {
@@ -49,29 +81,22 @@ fn prepared(job: &WindowJob, entry: &ContinuumEntry) -> Result<PreparedBody, Ref
     let lock = || PREPARED.lock().unwrap_or_else(PoisonError::into_inner);
     // A setup that has no digest was not decoded from one.
     let Ok(name) = job.setup_digest() else { return (entry.prepare)(&job.setup) };
-    let mut kept = lock();
-    if let Some(at) = kept.iter().position(|(known, _)| *known == name) {
-        let found = kept.remove(at);
-        kept.push(found.clone());
-        return Ok(found.1);
+    let kept = lock().get(&name);
+    if let Some(body) = kept {
+        return Ok(body);
     }
-    drop(kept);
     let body = (entry.prepare)(&job.setup)?;
-    let mut kept = lock();
-    if kept.len() >= KEPT {
-        kept.remove(0);
-    }
-    kept.push((name, body.clone()));
+    lock().put(name, Arc::clone(&body), (entry.bytes)(&body), MAX_PREPARED);
     Ok(body)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cullet_model::continuum::PREPARED_GUESS;
     use cullet_model::{
         Continuum, ContinuumSetup, Failure, Window, WindowOutcome, continuum_entry,
     };
-    use std::sync::Arc;
     use std::sync::atomic::{AtomicU32, Ordering};
 
     static PREPARATIONS: AtomicU32 = AtomicU32::new(0);
@@ -113,6 +138,55 @@ mod tests {
     }
 
     const TABLE: &[ContinuumEntry] = &[continuum_entry::<Counter>()];
+
+    /// A family that says how large its bodies are: as large as their seeds.
+    struct SizedFamily;
+
+    impl Continuum for SizedFamily {
+        type Prepared = u64;
+        const NAME: &'static str = "sized";
+
+        fn prepare(setup: &ContinuumSetup) -> Result<u64, Refusal> {
+            Ok(setup.seed)
+        }
+
+        fn open(_: Arc<u64>, _: Option<&[u8]>, _: Window) -> Result<Self, Refusal> {
+            Ok(Self)
+        }
+
+        fn advance(&mut self) -> WindowProgress {
+            WindowProgress::Running(0.0)
+        }
+
+        fn bytes(prepared: &u64) -> u64 {
+            *prepared
+        }
+    }
+
+    #[test]
+    fn prepared_bodies_are_kept_by_their_bytes_and_the_least_recently_used_goes_first() {
+        let body = |bytes: u64| -> PreparedBody { Arc::new(bytes) };
+        let (sized, untold) = (continuum_entry::<SizedFamily>(), continuum_entry::<Counter>());
+        assert_eq!(((sized.bytes)(&body(70)), (untold.bytes)(&body(70))), (70, PREPARED_GUESS));
+        let mut kept = PreparedBodies { kept: Vec::new() };
+        let put = |kept: &mut PreparedBodies, name: u8, bytes: u64| {
+            kept.put([name; 32], body(bytes), (sized.bytes)(&body(bytes)), 100);
+        };
+        let names = |kept: &PreparedBodies| kept.kept.iter().map(|k| k.0[0]).collect::<Vec<_>>();
+        for (name, bytes) in [(1, 40), (2, 30), (3, 30)] {
+            put(&mut kept, name, bytes);
+        }
+        assert_eq!(names(&kept), [1, 2, 3], "they fill the bound");
+        assert!(kept.get(&[1; 32]).is_some() && kept.get(&[9; 32]).is_none());
+        put(&mut kept, 4, 40);
+        assert_eq!(names(&kept), [1, 4], "30 bytes are not enough for 40");
+        put(&mut kept, 1, 60);
+        assert_eq!(names(&kept), [4, 1], "the same body counts once");
+        put(&mut kept, 5, 101);
+        assert_eq!(names(&kept), [5], "one over the bound is kept alone");
+        put(&mut kept, 6, 1);
+        assert_eq!(names(&kept), [6]);
+    }
 
     #[test]
     fn a_chain_of_windows_goes_from_state_to_state_and_prepares_its_body_once() {

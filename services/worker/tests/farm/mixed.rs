@@ -2,11 +2,13 @@
 
 use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
 use cullet_geometry::{Solid, Vec3, shapes};
-use cullet_model::PointPrecision;
+use cullet_model::{ContinuumBody, MembranePace, PointPrecision};
 use cullet_pool::{JobEnding, Pool, PoolConfig, Share, Timing};
-use cullet_proto::FractureJob;
+use cullet_proto::outline::LARGE;
 use cullet_proto::pool::Family;
+use cullet_proto::{FractureJob, Verdict, WindowJob};
 use cullet_worker::WorkerConfig;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -40,6 +42,55 @@ fn a_mesh_goes_to_each_worker_once_and_again_to_one_that_keeps_none() {
         verdict(next(&run, id));
     }
     assert_eq!(pool.stats().mesh_bytes, 3 * sent[0]);
+}
+
+/// The first window of a square of paper, whose state does not fit an outline.
+fn paper() -> WindowJob {
+    let mut job = WindowJob::smallest("membrane", 7);
+    if let ContinuumBody::Membrane(sheet) = &mut job.setup.body {
+        (sheet.pace, sheet.material.fracture_energy) = (MembranePace::Softer(50.0), 60.0);
+    }
+    job.window.steps = 1;
+    job
+}
+
+/// The worker that solved the last window asked for work after the other one did: by turns, every
+/// state would be sent.
+#[test]
+fn the_state_of_a_sheet_is_not_sent_while_the_worker_that_made_it_lives() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let mut hands = BTreeMap::from(
+        ["a", "b"].map(|name| (name, HiredWorker::hire(&pool, name, Arc::new(solve)))),
+    );
+    let (mut job, mut after) = (paper(), None);
+    let mut solve_next = |workers: u64| {
+        wait_for("all of them ask", || pool.stats().asking == workers);
+        let id = run.open_window(&job, after);
+        let settlement = next(&run, id);
+        let solver = settlement.worker.clone();
+        let verdict = verdict(settlement);
+        let Verdict::Moved(outcome) = verdict else { panic!("no outcome: {verdict:?}") };
+        job.window.first_step += u64::from(job.window.steps);
+        let before = job.state.replace(Arc::new(outcome.state)).map_or(0, |state| state.len());
+        after = Some(id);
+        (solver, before as u64)
+    };
+    let (maker, _) = solve_next(2);
+    for _ in 0..5 {
+        let (solver, length) = solve_next(2);
+        assert!(length >= LARGE as u64, "{length} bytes travel in the outline");
+        assert_eq!(solver, maker);
+    }
+    assert_eq!(pool.stats().mesh_bytes, 0, "a state was sent to its maker");
+    // Without its maker it goes to the other, once.
+    drop(hands.remove(maker.as_str()));
+    wait_for("the maker is gone", || pool.stats().workers == 1);
+    let (other, length) = solve_next(1);
+    assert_ne!(other, maker);
+    assert_eq!(pool.stats().mesh_bytes, length);
+    solve_next(1);
+    assert_eq!(pool.stats().mesh_bytes, length);
 }
 
 #[test]
