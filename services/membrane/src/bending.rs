@@ -1,5 +1,5 @@
 //! Bending by curvature vectors: a quadratic fitted to the live neighbours of each point gives
-//! κ_xx, κ_xy, κ_yy as sums d_j (x_j − x_i), which vanish for affine maps. With
+//! κ_xx, κ_xy, κ_yy as sums d_j (x_j − x_i), which all but vanish for affine maps. With
 //! q = |κ_xx|² + |κ_yy|² + 2ν κ_xx·κ_yy + 2(1−ν)|κ_xy|² the energy is ½ Σ A B q: a constant
 //! quadratic form, so forces are linear in the places and keep momentum and angular momentum.
 //!
@@ -16,7 +16,11 @@ const REACH: f64 = 2.3;
 /// Fewest live neighbours that a curvature is fitted to.
 const LEAST_NEIGHBOURS: usize = 7;
 /// Greatest coefficient, by the spacing squared. Beyond it neighbours hardly span the plane.
-const MOST_COEFFICIENT: f64 = 12.0;
+pub(crate) const MOST_COEFFICIENT: f64 = 12.0;
+/// Greatest whole number of a coefficient: they are rounded to multiples of a small one, so that
+/// two take no more than 32 bits. An affine map then has a curvature of about 1e-3 over the
+/// spacing, all of it in the plane, where it is felt as a strain of 1e-6 B/(EhΔx²).
+const WHOLE: f64 = 32_767.0;
 /// Stiffness of the fastest bending motion over B/(ρhΔx⁴), measured.
 pub(crate) const FASTEST: f64 = 160.0;
 
@@ -78,6 +82,16 @@ impl BendingStencils {
         self.starts[i] as usize..self.starts[i + 1] as usize
     }
 
+    /// What coefficients of curvatures are multiples of \[1/m²\], by numbers of 16 bits.
+    pub(crate) fn unit(&self) -> f64 {
+        MOST_COEFFICIENT / (self.spacing * self.spacing) / WHOLE
+    }
+
+    /// Greatest coefficient of a curvature \[1/m²\].
+    pub(crate) fn most(&self) -> f64 {
+        MOST_COEFFICIENT / (self.spacing * self.spacing)
+    }
+
     /// Fits a point anew, to those of its neighbours that are alive.
     pub(crate) fn fit(&mut self, i: usize, places: &[SheetPlace], alive: impl Fn(usize) -> bool) {
         let own = self.of(i);
@@ -98,12 +112,14 @@ impl BendingStencils {
         if live.len() >= LEAST_NEIGHBOURS
             && let Some(terms) = solved(&live, quadratic)
         {
+            let unit = self.unit();
             let per_area = 1.0 / (self.spacing * self.spacing);
+            let rounded = |coefficient: f64| (coefficient * per_area / unit).round() * unit;
             let most = terms.iter().flat_map(|t| [t[2], t[3], t[4]]).map(f64::abs);
             if most.fold(0.0, f64::max) <= MOST_COEFFICIENT {
                 for (&n, t) in live.iter().zip(&terms) {
                     self.terms[n] = StencilTerm {
-                        curvature: [t[2] * per_area, t[3] * per_area, t[4] * per_area],
+                        curvature: [rounded(t[2]), rounded(t[3]), rounded(t[4])],
                         slope: [t[0] / self.spacing, t[1] / self.spacing],
                     };
                 }

@@ -2,8 +2,7 @@
 
 use crate::bending::{BendingStencils, curvature_form};
 use crate::bonds::MembraneBonds;
-use crate::forces::counted;
-use crate::law::generalised;
+use crate::law::{counted, generalised};
 use crate::state::SheetState;
 use crate::table::BondTable;
 use cullet_model::MembraneLaw;
@@ -16,6 +15,8 @@ pub(crate) struct EnergyInput<'a> {
     pub(crate) table: &'a BondTable,
     pub(crate) stencils: &'a BendingStencils,
     pub(crate) areas: &'a [f64],
+    /// Points that do not count.
+    pub(crate) gone: &'a [bool],
     /// Λ \[N/m\].
     pub(crate) dilatation: f64,
     /// B \[J\] and ν \[1\].
@@ -26,7 +27,7 @@ impl EnergyInput<'_> {
     /// Of stretched bonds and dilated points \[J\].
     pub(crate) fn stretching(&self, state: &SheetState) -> f64 {
         let mut sum = 0.0;
-        for i in 0..self.areas.len() {
+        for i in self.points() {
             let (mut own, mut dilated) = (0.0, 0.0);
             for b in self.bonds.of(i) {
                 let memory = state.memory(b);
@@ -54,7 +55,11 @@ impl EnergyInput<'_> {
 
     /// Of bending \[J\].
     pub(crate) fn bending(&self, state: &SheetState) -> f64 {
-        (0..self.areas.len()).map(|i| self.bending_at(state, i)).sum()
+        self.points().map(|i| self.bending_at(state, i)).sum()
+    }
+
+    fn points(&self) -> impl Iterator<Item = usize> {
+        (0..self.areas.len()).filter(|&i| !self.gone[i])
     }
 
     /// The same of one point.

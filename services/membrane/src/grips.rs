@@ -1,5 +1,6 @@
 //! What holds parts of a sheet: prescribed paths, and the strip around them that does not break.
 
+use cullet_continuum::GripPath;
 use cullet_geometry::Vec3;
 use cullet_model::{Refusal, SheetGrip, SheetPlace};
 
@@ -16,10 +17,7 @@ pub(crate) struct GrippedPoints {
     pub(crate) points: Vec<u32>,
     /// Points near enough that their bonds do not break.
     guarded: Vec<u32>,
-    /// \[s\]; infinite where it never lets go.
-    until: f64,
-    /// From the first time on.
-    path: Vec<(f64, Vec3)>,
+    path: GripPath,
 }
 
 impl GrippedPoints {
@@ -47,12 +45,7 @@ impl GrippedPoints {
         if points.is_empty() {
             return Err(Refusal::Idle { what: "grip", number });
         }
-        let finite =
-            grip.path.iter().all(|(t, x)| t.is_finite() && x.iter().all(|c| c.is_finite()));
-        if !finite || !grip.path.windows(2).all(|w| w[0].0 < w[1].0) {
-            let lack = format!("the times of grip {number}'s path must rise and be finite");
-            return Err(Refusal::Unfit { solver: crate::family::NAME, lack });
-        }
+        let path = GripPath::new(&grip.path, grip.until, number, crate::family::NAME)?;
         let reach = GUARD * horizon;
         let grid_points: Vec<SheetPlace> = points.iter().map(|&i| places[i as usize]).collect();
         let grid = crate::cells::PlaneGrid::new(&grid_points, reach);
@@ -67,11 +60,7 @@ impl GrippedPoints {
             found
         };
         let guarded = all.filter(near).collect();
-        let mut path = grip.path.clone();
-        if path.first().is_none_or(|(t, _)| *t > 0.0) {
-            path.insert(0, (0.0, Vec3::zeros()));
-        }
-        Ok(Self { points, guarded, until: grip.until.unwrap_or(f64::INFINITY), path })
+        Ok(Self { points, guarded, path })
     }
 
     /// Whether the strip around it that does not break reaches a place.
@@ -82,22 +71,29 @@ impl GrippedPoints {
         })
     }
 
+    /// Whether a place is in the strip or within a horizon \[m\] of it.
+    pub(crate) fn is_next_to(
+        &self,
+        place: SheetPlace,
+        places: &[SheetPlace],
+        horizon: f64,
+    ) -> bool {
+        let reach = (GUARD + 1.0) * horizon;
+        self.points.iter().any(|&i| {
+            let [x, y] = places[i as usize];
+            let (dx, dy) = (x - place[0], y - place[1]);
+            dx * dx + dy * dy <= reach * reach
+        })
+    }
+
     /// Whether it holds in a step of the world that begins at this time \[s\].
     pub(crate) fn holds(&self, time: f64) -> bool {
-        time < self.until
+        self.path.holds(time)
     }
 
     /// How far \[m\] it has moved at a time \[s\], and how fast it moves just after that \[m/s\].
     pub(crate) fn at(&self, time: f64) -> (Vec3, Vec3) {
-        let after = self.path.partition_point(|(t, _)| *t <= time);
-        let (t0, from) = self.path[after.max(1) - 1];
-        match self.path.get(after.max(1)) {
-            Some(&(t1, to)) => {
-                let velocity = (to - from) / (t1 - t0);
-                (from + velocity * (time - t0), velocity)
-            }
-            None => (from, Vec3::zeros()),
-        }
+        self.path.at(time)
     }
 }
 

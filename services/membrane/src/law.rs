@@ -110,6 +110,43 @@ pub fn stretched(
     }
 }
 
+/// Stretch that a bond's dilatation counts, by its memory: what is not broken and has not flowed.
+#[inline(always)]
+#[must_use]
+pub fn counted(g: f64, memory: BondMemory) -> f64 {
+    match memory.damage >= 1.0 {
+        true => 0.0,
+        false => (1.0 - memory.damage) * (g - memory.plastic),
+    }
+}
+
+/// The least and the greatest g at which a bond's memory stays as it is; a broken one has no
+/// bounds.
+#[must_use]
+pub fn untouched(
+    law: MembraneLaw,
+    memory: BondMemory,
+    limits: StretchLimits,
+    fails: bool,
+) -> [f64; 2] {
+    let none = [f64::NEG_INFINITY, f64::INFINITY];
+    let first = limits.first;
+    match law {
+        _ if memory.damage >= 1.0 => none,
+        MembraneLaw::Foil => {
+            let even = limits.critical * limits.critical / (3.0 * first);
+            let share = if fails { (2.0 - memory.flowed / even).clamp(0.0, 1.0) } else { 1.0 };
+            [memory.plastic - first * share, memory.plastic + first * share]
+        }
+        MembraneLaw::Brittle | MembraneLaw::Rubber if fails => {
+            let last = limits.critical * limits.critical / first;
+            let least = first * last / (first + (1.0 - memory.damage) * (last - first));
+            [f64::NEG_INFINITY, least]
+        }
+        MembraneLaw::Brittle | MembraneLaw::Rubber => none,
+    }
+}
+
 /// Linear softening from s₀ to s_f = s_c²/s₀.
 #[inline(always)]
 fn softened(g: f64, memory: &mut BondMemory, limits: StretchLimits, fails: bool) -> BondTension {
@@ -177,7 +214,9 @@ fn tensile_flow(trial: f64, flowed: f64, first: f64, even: f64, fails: bool) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::{BondMemory, LeftShares, StretchLimits, generalised, generalised_slope, stretched};
+    use super::{
+        BondMemory, LeftShares, StretchLimits, generalised, generalised_slope, stretched, untouched,
+    };
     use cullet_model::MembraneLaw;
 
     const CRITICAL: f64 = 0.02;
@@ -264,6 +303,36 @@ mod tests {
         // In compression it is whole.
         let did = stretched(law, -0.01, &mut memory, limits(law), true);
         assert_eq!(did.tension, -0.01);
+    }
+
+    /// Within the bounds that are said nothing is remembered, and just beyond them something is.
+    #[test]
+    fn bounds_say_where_memory_stays() {
+        for law in [MembraneLaw::Brittle, MembraneLaw::Rubber, MembraneLaw::Foil] {
+            for most in [0.0, 0.003, 0.012, 0.03] {
+                let mut memory = BondMemory::default();
+                pull(law, 0.0, most, &mut memory);
+                let changes = |g: f64, fails: bool| {
+                    let mut after = memory;
+                    stretched(law, g, &mut after, limits(law), fails);
+                    after != memory
+                };
+                let [low, high] = untouched(law, memory, limits(law), true);
+                assert!(
+                    !changes(high - 1e-9, true) && changes(high + 1e-9, true),
+                    "{law:?} {most}"
+                );
+                let lowest = if low.is_finite() { low } else { -0.5 };
+                assert!(!changes(lowest + 1e-9, true), "{law:?} {most}");
+                assert_eq!(changes(low.max(-0.5) - 1e-9, true), law == MembraneLaw::Foil);
+                let [low, high] = untouched(law, memory, limits(law), false);
+                assert!(!changes(high.min(0.5) - 1e-9, false), "{law:?} {most}");
+                assert!(!changes(low.max(-0.5) + 1e-9, false), "{law:?} {most}");
+            }
+        }
+        let broken = BondMemory { damage: 1.0, ..BondMemory::default() };
+        let none = untouched(MembraneLaw::Foil, broken, limits(MembraneLaw::Foil), true);
+        assert_eq!(none, [f64::NEG_INFINITY, f64::INFINITY]);
     }
 
     #[test]

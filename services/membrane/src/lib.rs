@@ -19,38 +19,44 @@
 //! is bytes ([`state`]), and of the rigid bodies in reach, which move inside the window with their
 //! own mass. Neither the number of threads nor the cut into windows changes a bit of it.
 //!
+//! A piece at rest is frozen, and may leave the sheet as a rigid body of its shape. What is gone is
+//! in no sum, touches nothing and is not drawn, and stays in the state's bytes where it was.
+//!
 //! Points are random and relaxed ([`points`]): rows would hold cracks on straight lines.
 //!
 //! Absent on purpose: exact self-contact (a fast sheet can cross itself), bending that breaks, and
 //! Poisson's ratios other than 1/3 at large strains.
 
-mod air;
+mod base;
 mod bending;
 pub mod bonds;
 mod books;
 mod cells;
+mod crossings;
+mod detectors;
 pub mod diffusion;
 mod energies;
 pub mod family;
 mod fit;
 mod forces;
 mod grips;
+mod kernel;
 pub mod law;
 mod lips;
 mod outline;
-mod pace;
 mod pieces;
 pub mod points;
 pub mod prepared;
-mod proxies;
-mod rest;
 mod scatter;
+pub mod specimen;
 pub mod state;
 mod steps;
 pub mod surface;
 mod table;
 #[cfg(test)]
 mod tests;
+mod vector;
+mod watch;
 pub mod window;
 
 pub use bonds::MembraneBonds;

@@ -3,6 +3,7 @@
 //! stop a fast sheet from going through itself.
 
 use crate::bonds::MembraneBonds;
+use crate::vector::length;
 use cullet_geometry::Vec3;
 use cullet_model::SheetPlace;
 
@@ -14,11 +15,17 @@ const NEAR: f64 = 2.0;
 /// Stiffness by μ/dt², μ being the reduced mass: ωdt is 0.45.
 const PENALTY: f64 = 0.2;
 
+/// How far beyond what they need pairs are found, in spacings, so that they last.
+const SLACK: f64 = 0.3;
+
 /// Pairs of points that may touch, by point, each from both sides.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LipPairs {
     starts: Vec<u32>,
     pairs: Vec<LipPair>,
+    /// Where points were when pairs were found, and how much nearer they may have come since \[m\].
+    found_at: Vec<Vec3>,
+    margin: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -39,18 +46,32 @@ pub(crate) struct LipSearch<'a> {
     pub(crate) masses: &'a [[f64; 2]],
     /// d of each bond.
     pub(crate) damage: &'a [f64],
+    /// Points that touch nothing.
+    pub(crate) gone: &'a [bool],
     pub(crate) spacing: f64,
     pub(crate) thickness: f64,
-    /// How far two points may come closer until pairs are found again \[m\].
+    /// How far two points may come closer until pairs may be found again \[m\].
     pub(crate) margin: f64,
     pub(crate) dt: f64,
 }
 
 impl LipPairs {
+    /// Whether points may come nearer than those that were found, if two of them come closer by
+    /// `margin` \[m\] from now on.
+    pub(crate) fn are_due(&self, places: &[Vec3], margin: f64) -> bool {
+        let moved = || places.iter().zip(&self.found_at).map(|(x, before)| x - before);
+        let mean = moved().sum::<Vec3>() / places.len() as f64;
+        let farthest = moved().map(|off| (off - mean).norm_squared()).fold(0.0, f64::max);
+        2.0 * farthest.sqrt() + margin > self.margin
+    }
+
     /// Finds pairs anew.
     pub(crate) fn find(&mut self, search: &LipSearch<'_>) {
         let touching = search.thickness.max(REACH * search.spacing);
-        let reach = touching + search.margin;
+        self.margin = search.margin + SLACK * search.spacing;
+        self.found_at.clear();
+        self.found_at.extend_from_slice(search.places);
+        let reach = touching + self.margin;
         let hash = SpaceHash::new(search.places, reach);
         self.starts.clear();
         self.pairs.clear();
@@ -58,9 +79,14 @@ impl LipPairs {
         let mut near = Vec::new();
         for i in 0..search.places.len() {
             near.clear();
+            if search.gone[i] {
+                self.starts.push(self.pairs.len() as u32);
+                continue;
+            }
             hash.around(search.places[i], |j| {
                 let off = search.places[j as usize] - search.places[i];
-                if j as usize != i && off.norm_squared() < reach * reach {
+                if j as usize != i && !search.gone[j as usize] && off.norm_squared() < reach * reach
+                {
                     near.push(j);
                 }
             });
@@ -72,6 +98,11 @@ impl LipPairs {
             }
             self.starts.push(self.pairs.len() as u32);
         }
+    }
+
+    /// Whether no points touch.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.pairs.is_empty()
     }
 
     fn of(&self, i: usize) -> &[LipPair] {
@@ -87,9 +118,9 @@ impl LipPairs {
         let (mut force, mut propped) = (Vec3::zeros(), Vec3::zeros());
         for pair in self.of(i) {
             let off = places[pair.other as usize] - places[i];
-            let length = off.norm();
-            if length < pair.distance && length > 0.0 {
-                let push = off * (pair.stiffness * (pair.distance - length) / length);
+            let apart = length(&off);
+            if apart < pair.distance && apart > 0.0 {
+                let push = off * (pair.stiffness * (pair.distance - apart) / apart);
                 force -= push;
                 if frozen[pair.other as usize] {
                     propped -= push;
@@ -97,6 +128,19 @@ impl LipPairs {
             }
         }
         (force, propped)
+    }
+
+    /// Pairs of points that press on each other, each once.
+    pub(crate) fn pressed(&self, places: &[Vec3]) -> Vec<[u32; 2]> {
+        let presses = |i: usize, pair: &LipPair| {
+            pair.other as usize > i
+                && (places[pair.other as usize] - places[i]).norm() < pair.distance
+        };
+        let of = |i: usize| {
+            let own = self.of(i).iter().filter(move |pair| presses(i, pair));
+            own.map(move |pair| [i as u32, pair.other])
+        };
+        (0..places.len()).flat_map(of).collect()
     }
 
     /// Energy of all pairs \[J\].

@@ -8,7 +8,7 @@ use cullet_model::{Refusal, SheetPlace};
 use rayon::prelude::*;
 
 /// Most points of a sheet.
-pub const MAX_POINTS: f64 = 1e5;
+pub const MAX_POINTS: f64 = cullet_model::sheet_check::MOST_SHEET_POINTS;
 /// Sweeps of Lloyd's method. After eight the moduli of the fitted bonds scatter by 0.5 %.
 const SWEEPS: usize = 8;
 /// Greatest step from the middle of its square, in squares, that a point starts with.
@@ -25,6 +25,16 @@ pub struct SheetPoints {
     pub places: Vec<SheetPlace>,
     /// Area of what is nearest to each within the outline \[m²\].
     pub areas: Vec<f64>,
+}
+
+impl SheetPoints {
+    /// The same points, those of these numbers in turn.
+    pub(crate) fn in_order(&self, order: &[u32]) -> Self {
+        Self {
+            places: order.iter().map(|&i| self.places[i as usize]).collect(),
+            areas: order.iter().map(|&i| self.areas[i as usize]).collect(),
+        }
+    }
 }
 
 /// Places points in an outline at this distance from each other \[m\]: about one for each square

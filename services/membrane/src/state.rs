@@ -1,8 +1,8 @@
 //! What a sheet is between two windows, and its bytes.
 
 use crate::law::BondMemory;
-use crate::pieces::PieceRecord;
 use crate::prepared::PreparedMembrane;
+use cullet_continuum::{PieceRecord, StateReader, StateWriter};
 use cullet_geometry::Vec3;
 use cullet_model::{MembraneLaw, Refusal, SheetPlace};
 
@@ -91,13 +91,13 @@ impl SheetState {
     /// Its bytes: equal states have equal ones.
     #[must_use]
     pub fn encode(&self, prepared: &PreparedMembrane) -> Vec<u8> {
-        let mut bytes = Writer(vec![VERSION]);
+        let mut bytes = StateWriter(vec![VERSION]);
         bytes.number(prepared.fingerprint);
         bytes.number(self.step);
         self.places.iter().chain(&self.velocities).flatten().for_each(|c| bytes.real(*c));
         self.theta.iter().chain(&self.exposure).for_each(|c| bytes.real(*c));
         let mut marks = Vec::new();
-        let mut values = Writer(Vec::new());
+        let mut values = StateWriter::default();
         let mut slot = 0;
         for_each_bond(prepared, |b, _| {
             let memory = self.memory(b);
@@ -134,13 +134,13 @@ impl SheetState {
     ///
     /// If they are of another version or sheet, are cut short, or hold what no state does.
     pub fn decode(prepared: &PreparedMembrane, bytes: &[u8]) -> Result<Self, Refusal> {
-        let mut reader = Reader { rest: bytes };
+        let mut reader = StateReader::new(crate::family::NAME, bytes);
         let version = reader.take(1)?[0];
         if version != VERSION {
-            return Err(foreign(format!("it has the version {version}, not {VERSION}")));
+            return Err(reader.foreign(&format!("it has the version {version}, not {VERSION}")));
         }
         if reader.number()? != prepared.fingerprint {
-            return Err(foreign("it is of another sheet".to_owned()));
+            return Err(reader.foreign("it is of another sheet"));
         }
         let mut state = Self::start(prepared);
         state.step = reader.number()?;
@@ -159,14 +159,14 @@ impl SheetState {
             }
             let damage = reader.real()?;
             if !(0.0..=1.0).contains(&damage) {
-                return Err(foreign(format!("a damage is {damage}")));
+                return Err(reader.foreign(&format!("a damage is {damage}")));
             }
             [state.damage[b], state.damage[twin]] = [damage; 2];
             if !state.plastic.is_empty() {
                 [state.plastic[b], state.plastic[twin]] = [reader.real()?; 2];
                 let flowed = reader.real()?;
                 if !state.plastic[b].is_finite() || !flowed.is_finite() || flowed < 0.0 {
-                    return Err(foreign(format!("a plastic stretch is {flowed}")));
+                    return Err(reader.foreign(&format!("a plastic stretch is {flowed}")));
                 }
                 [state.flowed[b], state.flowed[twin]] = [flowed; 2];
             }
@@ -174,29 +174,24 @@ impl SheetState {
         for label in &mut state.labels {
             *label = reader.short()?;
         }
-        state.pieces = (0..reader.short()?).map(|_| reader.piece()).collect::<Result<_, _>>()?;
+        state.pieces =
+            (0..reader.short()?).map(|_| piece(&mut reader)).collect::<Result<_, _>>()?;
         let mut numbers: Vec<u32> = state.pieces.iter().map(|piece| piece.number).collect();
         numbers.sort_unstable();
         // Each split takes the next number and leaves a point or more behind.
         let most = prepared.points.places.len() as u32;
         if numbers.windows(2).any(|two| two[0] == two[1]) || numbers.iter().any(|&n| n > most) {
-            return Err(foreign("its pieces are not numbered as they came to be".to_owned()));
+            return Err(reader.foreign("its pieces are not numbered as they came to be"));
         }
         let known = |label: &u32| numbers.binary_search(label).is_ok();
-        if !reader.rest.is_empty() || !state.labels.iter().all(known) {
-            return Err(foreign("it goes on after its end, or names an unknown piece".to_owned()));
+        reader.end()?;
+        if !state.labels.iter().all(known) {
+            return Err(reader.foreign("it names an unknown piece"));
         }
         match state.not_finite() {
-            Some(what) => Err(foreign(format!("{what} are not finite"))),
+            Some(what) => Err(reader.foreign(&format!("{what} are not finite"))),
             None => Ok(state),
         }
-    }
-}
-
-fn foreign(why: String) -> Refusal {
-    Refusal::Unfit {
-        solver: crate::family::NAME,
-        lack: format!("the state is none of this sheet: {why}"),
     }
 }
 
@@ -214,59 +209,11 @@ fn for_each_bond(prepared: &PreparedMembrane, mut f: impl FnMut(usize, usize)) {
     }
 }
 
-/// Little-endian bytes.
-struct Writer(Vec<u8>);
-
-impl Writer {
-    fn number(&mut self, value: u64) {
-        self.0.extend(value.to_le_bytes());
-    }
-
-    fn short(&mut self, value: u32) {
-        self.0.extend(value.to_le_bytes());
-    }
-
-    fn real(&mut self, value: f64) {
-        self.number(value.to_bits());
-    }
-}
-
-struct Reader<'a> {
-    rest: &'a [u8],
-}
-
-impl<'a> Reader<'a> {
-    fn take(&mut self, count: usize) -> Result<&'a [u8], Refusal> {
-        let (taken, rest) = self
-            .rest
-            .split_at_checked(count)
-            .ok_or_else(|| foreign("it is cut short".to_owned()))?;
-        self.rest = rest;
-        Ok(taken)
-    }
-
-    fn number(&mut self) -> Result<u64, Refusal> {
-        let mut bytes = [0; 8];
-        bytes.copy_from_slice(self.take(8)?);
-        Ok(u64::from_le_bytes(bytes))
-    }
-
-    fn short(&mut self) -> Result<u32, Refusal> {
-        let mut bytes = [0; 4];
-        bytes.copy_from_slice(self.take(4)?);
-        Ok(u32::from_le_bytes(bytes))
-    }
-
-    fn real(&mut self) -> Result<f64, Refusal> {
-        Ok(f64::from_bits(self.number()?))
-    }
-
-    fn piece(&mut self) -> Result<PieceRecord, Refusal> {
-        Ok(PieceRecord {
-            number: self.short()?,
-            parent: self.short()?,
-            born: self.number()?,
-            still: self.short()?,
-        })
-    }
+fn piece(reader: &mut StateReader<'_>) -> Result<PieceRecord, Refusal> {
+    Ok(PieceRecord {
+        number: reader.short()?,
+        parent: reader.short()?,
+        born: reader.number()?,
+        still: reader.short()?,
+    })
 }

@@ -6,25 +6,36 @@
 //! that is exactly what the kinetic energy gains. With the old velocity alone the books would miss
 //! 5 to 15 % of what dashpots take.
 
-use crate::air;
+mod driven;
+mod quantity;
+
+use crate::base::ClingingBase;
 use crate::bending::BendingStencils;
 use crate::books::SheetBooks;
-use crate::diffusion::DiffusionStep;
 use crate::energies::EnergyInput;
-use crate::forces::{ForceInput, ForceRows, PointTerms, StepSums, find_terms, kick, pass};
-use crate::grips::{FREE, GripState};
+use crate::forces::ForceInput;
+use crate::grips::GripState;
+use crate::kernel::records::length_unit;
+use crate::kernel::working::RowSource;
+use crate::kernel::{SheetKernel, StepRows};
 use crate::lips::{LipPairs, LipSearch};
-use crate::pieces::{components, renumber};
 use crate::prepared::PreparedMembrane;
-use crate::proxies::{RigidProxy, TouchedPoints};
-use crate::rest::{RestCheck, patience};
 use crate::state::SheetState;
 use crate::table::BondTable;
+use crate::watch::{BondsNow, TearWatch};
+use cullet_continuum::air;
+use cullet_continuum::pieces::gone_points;
+use cullet_continuum::{RigidProxy, TouchedPoints};
 use cullet_geometry::Vec3;
 use std::sync::Arc;
 
+mod parts;
+
 /// Steps until points that may touch each other are found anew.
 const SEARCH: u32 = 10;
+
+/// Greatest length of a bond, in horizons. Places wrap around at twice as much.
+pub(crate) const MOST_LENGTH: f64 = 16.0;
 
 /// A sheet in motion.
 #[derive(Clone, Debug)]
@@ -33,24 +44,36 @@ pub(crate) struct SheetRun {
     pub(crate) state: SheetState,
     pub(crate) proxies: Vec<RigidProxy>,
     pub(crate) books: SheetBooks,
+    pub(crate) watch: TearWatch,
     /// Mass that weighs, and inertia, of each point \[kg\].
     pub(crate) masses: Vec<[f64; 2]>,
     pub(crate) stencils: BendingStencils,
-    table: BondTable,
+    pub(crate) table: BondTable,
     lips: LipPairs,
     grips: GripState,
+    base: Option<ClingingBase>,
     /// Points of pieces at rest.
     frozen: Vec<bool>,
+    /// Points of pieces that have become rigid bodies, and whether all have.
+    pub(crate) gone: Vec<bool>,
+    all_gone: bool,
     /// Steps of the step of the world so far.
     substep: u32,
     /// Steps of the world since the run began.
     number: usize,
     breaks: u32,
-    terms: Vec<PointTerms>,
+    /// Of them, those that there were when lips were looked for.
+    looked: u32,
+    pub(crate) kernel: SheetKernel,
     after: Vec<Vec3>,
     held: Vec<Vec3>,
     torn: Vec<bool>,
+    /// Forces of what the sheet touches \[N\].
     touch: Vec<Vec3>,
+    /// Whether others than bodies and a base push.
+    is_pushed: bool,
+    /// Points that a rigid body has pushed in this step of the world.
+    touched: Vec<bool>,
     led: Vec<Vec3>,
     next_theta: Vec<f64>,
 }
@@ -63,6 +86,7 @@ impl SheetRun {
         proxies: Vec<RigidProxy>,
     ) -> Self {
         let count = state.places.len();
+        let gone = gone_points(&state.labels, &state.pieces);
         let mut run = Self {
             table: prepared.table.clone(),
             stencils: prepared.stencils.clone(),
@@ -71,25 +95,41 @@ impl SheetRun {
                 grips: vec![Vec3::zeros(); prepared.grips.len()],
                 ..SheetBooks::default()
             },
+            watch: TearWatch::new(&prepared.bonds, &state.damage),
             lips: LipPairs::default(),
             grips: GripState::default(),
+            base: ClingingBase::new(&prepared),
             frozen: vec![false; count],
+            all_gone: gone.iter().all(|gone| *gone),
+            gone,
             substep: 0,
             number: 0,
             breaks: 0,
-            terms: vec![PointTerms::default(); count],
+            looked: 0,
+            kernel: SheetKernel::new(
+                Arc::clone(&prepared.rows),
+                count,
+                length_unit(prepared.sheet().horizon * prepared.sheet().spacing),
+            ),
             after: vec![Vec3::zeros(); count],
             held: vec![Vec3::zeros(); count],
             torn: vec![false; count],
             touch: vec![Vec3::zeros(); count],
+            is_pushed: false,
+            touched: vec![false; count],
             led: vec![Vec3::zeros(); prepared.grips.len()],
             next_theta: Vec::new(),
             proxies,
             state,
             prepared,
         };
+        run.guard(0);
         run.take_up();
+        for i in (0..count).filter(|&i| run.gone[i]) {
+            run.masses[i][0] = 0.0;
+        }
         for i in 0..count {
+            run.kernel.take_curvature(&run.stencils, i);
             let lost = |b: usize| run.state.damage[b] >= 1.0 && !run.prepared.bonds.cut[b];
             if run.stencils.of(i).any(|n| lost(run.stencils.bonds[n] as usize)) {
                 run.refit(i);
@@ -108,21 +148,37 @@ impl SheetRun {
     fn refit(&mut self, i: usize) {
         let damage = &self.state.damage;
         self.stencils.fit(i, &self.prepared.points.places, |b| damage[b] < 1.0);
+        self.kernel.take_curvature(&self.stencils, i);
     }
 
-    /// Works out masses and bonds for what the sheet holds now.
-    fn take_up(&mut self) {
-        let Some(what) = &self.prepared.sheet().diffusion else {
-            return;
+    /// Gives the kernel what bonds remember, and their numbers too where those are new.
+    fn read_bonds(&mut self, numbers: bool) {
+        let sheet = self.prepared.sheet();
+        let source = RowSource {
+            law: sheet.material.law,
+            bonds: &self.prepared.bonds,
+            table: &self.table,
+            guarded: &self.grips.guarded,
+            areas: &self.prepared.points.areas,
+            bending: self.prepared.bending,
+            coefficient: self.stencils.unit(),
+            spacing: sheet.spacing,
+            dilates: self.prepared.dilatation != 0.0,
         };
-        self.table.update(&self.prepared.bonds, what, &self.state.theta, &self.state.exposure);
-        let thickness = self.prepared.sheet().thickness;
-        for (i, masses) in self.masses.iter_mut().enumerate() {
-            let dry = self.prepared.dry(i);
-            let held = what.weight * thickness * self.prepared.points.areas[i];
-            let gained = (held * (self.state.theta[i] - what.start)).max(-0.5 * dry[0]);
-            *masses = dry.map(|mass| mass + gained);
+        let state = &self.state;
+        match numbers {
+            true => self.kernel.take_up(&source, |b| state.memory(b)),
+            false => self.kernel.remember(&source, |b| state.memory(b)),
         }
+    }
+
+    /// Finds which points grips hold and guard after some steps of the step of the world. Whether
+    /// those that they guard have changed.
+    fn guard(&mut self, substeps: u32) -> bool {
+        let (time, count) = (self.time(substeps), self.state.places.len());
+        let before = std::mem::take(&mut self.grips.guarded);
+        self.grips.update(&self.prepared.grips, count, time);
+        before != self.grips.guarded
     }
 
     /// What energies depend on.
@@ -134,17 +190,25 @@ impl SheetRun {
             table: &self.table,
             stencils: &self.stencils,
             areas: &self.prepared.points.areas,
+            gone: &self.gone,
             dilatation: self.prepared.dilatation,
             bending: [self.prepared.bending, material.poisson],
         }
     }
 
-    /// Of stretched bonds, dilated points and pressed lips; of bending \[J\].
+    /// Of stretched bonds, dilated points, pressed lips and a base; of bending \[J\].
     pub(crate) fn energies(&mut self) -> [f64; 2] {
         self.find_lips();
+        self.stored()
+    }
+
+    /// The same with the lips that the last search found \[J\].
+    pub(crate) fn stored(&self) -> [f64; 2] {
         let input = self.energy_input();
-        let lips = self.lips.energy(&self.state.places);
-        [input.stretching(&self.state) + lips, input.bending(&self.state)]
+        let places = &self.state.places;
+        let base = self.base.as_ref().map_or(0.0, |base| base.energy(places, &self.gone));
+        let beside = self.lips.energy(places) + base;
+        [input.stretching(&self.state) + beside, input.bending(&self.state)]
     }
 
     /// Tension of a bond at a length \[N\], as it is: nothing is remembered.
@@ -178,9 +242,11 @@ impl SheetRun {
 
     /// Begins a step of the world.
     fn begin(&mut self) {
-        let (time, count) = (self.time(0), self.state.places.len());
-        self.grips.update(&self.prepared.grips, count, time);
+        if self.guard(0) {
+            self.read_bonds(false);
+        }
         self.held.fill(Vec3::zeros());
+        self.touched.fill(false);
         for proxy in &mut self.proxies {
             proxy.begin(self.number, self.prepared.setup.world_step);
         }
@@ -198,52 +264,16 @@ impl SheetRun {
         self.rest();
     }
 
-    /// Finds which pieces are at rest, and stops those that have been for long.
-    fn rest(&mut self) {
+    /// Whether some bond is longer than the kernel can hold: it reckons places in whole numbers.
+    pub(crate) fn is_overstretched(&self) -> bool {
+        let (bonds, state) = (&self.prepared.bonds, &self.state);
         let sheet = self.prepared.sheet();
-        let blows =
-            air::acts(&sheet.air) && (sheet.air.wind != Vec3::zeros() || sheet.air.pressure != 0.0);
-        // What still spreads may move it again.
-        if blows || self.prepared.diffusion.is_some() {
-            return;
-        }
-        let held: Vec<bool> = self.grips.holders.iter().map(|&holder| holder != FREE).collect();
-        let check = RestCheck {
-            labels: &self.state.labels,
-            places: &self.state.places,
-            velocities: &self.state.velocities,
-            held: &held,
-            proxies: &self.proxies,
-            spacing: sheet.spacing,
-            world_step: self.prepared.setup.world_step,
+        let most = MOST_LENGTH * sheet.horizon * sheet.spacing;
+        let beyond = |i: usize, b: usize| {
+            let off = state.places[bonds.ends[b] as usize] - state.places[i];
+            state.damage[b] < 1.0 && off.norm_squared() > most * most
         };
-        check.count(&mut self.state.pieces);
-        self.freeze();
-        for i in 0..self.frozen.len() {
-            let v = self.state.velocities[i];
-            if self.frozen[i] && v != Vec3::zeros() {
-                // What stops a piece is what it rests on.
-                let lost = v * self.masses[i][1];
-                self.books.sums.impulse -= lost;
-                self.books.sums.exchanged += lost.norm();
-                self.books.sums.damped += 0.5 * lost.dot(&v);
-                self.state.velocities[i] = Vec3::zeros();
-            }
-        }
-    }
-
-    /// Marks the points of pieces at rest.
-    fn freeze(&mut self) {
-        let patience = patience(self.prepared.setup.world_step);
-        let mut still: Vec<u32> = Vec::new();
-        for piece in &self.state.pieces {
-            let number = piece.number as usize;
-            still.resize(still.len().max(number + 1), 0);
-            still[number] = piece.still;
-        }
-        for (frozen, &label) in self.frozen.iter_mut().zip(&self.state.labels) {
-            *frozen = still[label as usize] >= patience;
-        }
+        (0..state.places.len()).any(|i| bonds.of(i).any(|b| beyond(i, b)))
     }
 
     /// Takes one step. Whether a step of the world has ended with it.
@@ -251,96 +281,73 @@ impl SheetRun {
         if self.substep == 0 && self.number > 0 {
             self.begin();
         }
+        if self.all_gone {
+            return self.move_bodies_alone();
+        }
         let dt = self.prepared.step();
         let half = 0.5 * dt;
-        for (x, v) in self.state.places.iter_mut().zip(&self.state.velocities) {
-            *x += v * half;
+        if self.substep == 0 {
+            self.kernel.drift(&mut self.state.places, &self.state.velocities, half);
         }
         self.proxies.iter_mut().for_each(|proxy| proxy.drift(half));
         if self.substep.is_multiple_of(SEARCH) {
-            self.find_lips();
+            self.look_for_lips();
         }
         self.diffuse();
         self.kick(dt);
         std::mem::swap(&mut self.state.velocities, &mut self.after);
-        for (x, v) in self.state.places.iter_mut().zip(&self.state.velocities) {
-            *x += v * half;
-        }
         self.proxies.iter_mut().for_each(|proxy| proxy.drift(half));
         self.substep += 1;
         self.books.steps += 1;
-        self.lead();
         let ended = self.substep == self.prepared.substeps;
         if ended {
+            self.kernel.drift(&mut self.state.places, &self.state.velocities, half);
+            self.lead(0.0);
             self.end();
+        } else {
+            // To the end of this step, and on to the middle of the next.
+            self.lead(-half);
+            self.kernel.drift(&mut self.state.places, &self.state.velocities, dt);
         }
         ended
     }
 
-    /// Finds which points may touch each other in the next steps.
-    fn find_lips(&mut self) {
-        let sheet = self.prepared.sheet();
+    /// How much closer two points may come until lips are looked for again \[m\].
+    fn lip_margin(&self) -> f64 {
         let count = self.state.velocities.len() as f64;
         let mean = self.state.velocities.iter().sum::<Vec3>() / count;
         let speed = |v: &Vec3| (v - mean).norm_squared();
         let fastest = self.state.velocities.iter().map(speed).fold(0.0, f64::max).sqrt();
-        let dt = self.prepared.step();
-        let margin = (2.0 * fastest * dt * f64::from(SEARCH)).min(2.0 * sheet.spacing);
+        let spacing = self.prepared.sheet().spacing;
+        let way = 2.0 * fastest * self.prepared.step() * f64::from(SEARCH);
+        way.min(2.0 * spacing) + 0.05 * spacing
+    }
+
+    /// Finds which points may touch each other, unless those that were found before are still all.
+    fn look_for_lips(&mut self) {
+        let margin = self.lip_margin();
+        let parted = std::mem::replace(&mut self.looked, self.breaks) != self.breaks;
+        if self.substep == 0 || parted || self.lips.are_due(&self.state.places, margin) {
+            self.find_lips();
+        }
+    }
+
+    /// Finds which points may touch each other in the next steps.
+    fn find_lips(&mut self) {
+        let margin = self.lip_margin();
+        let sheet = self.prepared.sheet();
         self.lips.find(&LipSearch {
             bonds: &self.prepared.bonds,
             reference: &self.prepared.points.places,
             places: &self.state.places,
             masses: &self.masses,
             damage: &self.state.damage,
+            gone: &self.gone,
             spacing: sheet.spacing,
             thickness: sheet.thickness,
-            margin: margin + 0.05 * sheet.spacing,
-            dt,
+            margin,
+            dt: self.prepared.step(),
         });
-    }
-
-    /// Lets the quantity spread where its time has come.
-    fn diffuse(&mut self) {
-        let prepared = Arc::clone(&self.prepared);
-        let (Some(bonds), Some(what)) = (&prepared.diffusion, &prepared.sheet().diffusion) else {
-            return;
-        };
-        let cycles = (prepared.setup.world_step / bonds.step).ceil().max(1.0);
-        let share = |k: u32| (cycles * f64::from(k) / f64::from(prepared.substeps)).floor();
-        let due = (share(self.substep + 1) - share(self.substep)) as u64;
-        if due == 0 {
-            return;
-        }
-        let before = self.energy_input().stretching(&self.state)
-            + self.energy_input().bending(&self.state)
-            + self.kinetic();
-        for _ in 0..due {
-            let time = self.time(self.substep);
-            let SheetState { theta, exposure, damage, .. } = &mut self.state;
-            let step = DiffusionStep {
-                what,
-                areas: &prepared.points.areas,
-                damage,
-                time,
-                dt: prepared.setup.world_step / cycles,
-            };
-            self.books.quantity_in += bonds.advance(step, theta, exposure, &mut self.next_theta);
-        }
-        let old: Vec<f64> = match what.weight > 0.0 {
-            true => self.masses.iter().map(|m| m[1]).collect(),
-            false => Vec::new(),
-        };
-        self.take_up();
-        // What arrives moves as the sheet does there.
-        for (i, old) in old.iter().enumerate() {
-            let gained = self.state.velocities[i] * (self.masses[i][1] - old);
-            self.books.sums.impulse += gained;
-            self.books.sums.exchanged += gained.norm();
-        }
-        let after = self.energy_input().stretching(&self.state)
-            + self.energy_input().bending(&self.state)
-            + self.kinetic();
-        self.books.quantity_work += after - before;
     }
 
     /// Finds the forces of rigid bodies, and kicks those.
@@ -361,6 +368,20 @@ impl SheetRun {
         for proxy in &mut self.proxies {
             proxy.touch(&points, gravity, &mut self.touch);
         }
+        for (touched, force) in self.touched.iter_mut().zip(&self.touch) {
+            *touched |= *force != Vec3::zeros();
+        }
+    }
+
+    /// Adds the forces of a base.
+    fn cling(&mut self) {
+        let Some(base) = &self.base else {
+            return;
+        };
+        if self.proxies.is_empty() {
+            self.touch.fill(Vec3::zeros());
+        }
+        base.pull(&self.state.places, &mut self.touch);
     }
 
     /// Forces and kicks of one step.
@@ -368,6 +389,7 @@ impl SheetRun {
         let prepared = Arc::clone(&self.prepared);
         let sheet = prepared.sheet();
         self.touch_bodies(dt);
+        self.cling();
         let end = self.time(self.substep + 1);
         for (led, grip) in self.led.iter_mut().zip(&prepared.grips) {
             *led = grip.at(end).1;
@@ -375,11 +397,11 @@ impl SheetRun {
         let middle = end - 0.5 * dt;
         let wind = || air::wind(&sheet.air, prepared.setup.seed, middle);
         let state = &mut self.state;
+        let untouched = self.proxies.is_empty() && self.base.is_none() && !self.is_pushed;
         let input = ForceInput {
             law: sheet.material.law,
             bonds: &prepared.bonds,
             table: &self.table,
-            stencils: &self.stencils,
             lips: &self.lips,
             places: &state.places,
             velocities: &state.velocities,
@@ -390,39 +412,34 @@ impl SheetRun {
             damping: sheet.material.damping * prepared.stable,
             gravity: prepared.setup.gravity,
             air: air::acts(&sheet.air).then(|| (&sheet.air, wind())),
-            touch: &self.touch,
+            touch: if untouched { &[] } else { &self.touch },
             holders: &self.grips.holders,
             frozen: &self.frozen,
             guarded: &self.grips.guarded,
             led: &self.led,
             dt,
         };
-        let mut rows = ForceRows {
-            first: 0,
+        let rows = StepRows {
             damage: &mut state.damage,
             plastic: &mut state.plastic,
             flowed: &mut state.flowed,
-            terms: &mut self.terms,
             after: &mut self.after,
             held: &mut self.held,
             torn: &mut self.torn,
         };
-        let mut sums = StepSums::default();
-        let terms_used =
-            prepared.bending > 0.0 || prepared.dilatation != 0.0 || input.air.is_some();
-        if terms_used {
-            sums = pass(&prepared.bonds, rows.again(), &|rows| find_terms(&input, rows));
+        let mut sums = self.kernel.step(&input, rows);
+        if let Some(base) = &self.base {
+            // It is counted with what touches, but stores what it takes.
+            sums.bodies -= base.work(&state.places, &state.velocities, &self.after, dt);
         }
-        // The second pass reads the terms of all points.
-        let terms = std::mem::take(&mut rows.terms);
-        let terms: &[PointTerms] = terms;
-        sums = sums.plus(pass(&prepared.bonds, rows, &|rows| kick(&input, terms, rows)));
         self.books.sums = self.books.sums.plus(sums);
         for (booked, grip) in self.books.grips.iter_mut().zip(&prepared.grips) {
             *booked += grip.points.iter().map(|&i| self.held[i as usize]).sum::<Vec3>();
         }
         self.breaks += sums.breaks;
         if sums.breaks > 0 {
+            let (state, table) = (&self.state, &self.table);
+            self.watch.note(&BondsNow { prepared: &prepared, state, table, time: end }, &self.torn);
             self.refit_torn();
         }
     }
@@ -440,8 +457,8 @@ impl SheetRun {
         }
     }
 
-    /// Puts held points where their grips are.
-    fn lead(&mut self) {
+    /// Puts held points where their grips are, and on along their velocity for a time \[s\].
+    fn lead(&mut self, on: f64) {
         let time = self.time(self.substep);
         let prepared = &self.prepared;
         for (number, grip) in prepared.grips.iter().enumerate() {
@@ -451,42 +468,9 @@ impl SheetRun {
                 if self.grips.holders[i] == number as u32 {
                     let [x, y] = prepared.points.places[i];
                     let rest = prepared.sheet().pose * nalgebra::Point3::new(x, y, 0.0);
-                    self.state.places[i] = rest.coords + moved;
+                    self.state.places[i] = rest.coords + moved + self.state.velocities[i] * on;
                 }
             }
         }
-    }
-
-    /// Finds the pieces after bonds have broken, and drops ties between them.
-    fn part(&mut self) {
-        if std::mem::take(&mut self.breaks) == 0 {
-            return;
-        }
-        let prepared = Arc::clone(&self.prepared);
-        let found = components(&prepared.bonds, &self.state.damage, prepared.sheet().spacing);
-        let ends = &prepared.bonds.ends;
-        let tie = |i: usize, b: usize| found[i] != found[ends[b] as usize];
-        let mut parted: Vec<usize> = Vec::new();
-        let mut ties = Vec::new();
-        for i in 0..found.len() {
-            let before = ties.len();
-            let live = |b: &usize| self.state.damage[*b] < 1.0 && tie(i, *b);
-            ties.extend(prepared.bonds.of(i).filter(live));
-            if ties.len() > before {
-                parted.push(i);
-            }
-        }
-        if !ties.is_empty() {
-            let stored = |run: &Self| {
-                run.energy_input().stretching(&run.state) + run.energy_input().bending(&run.state)
-            };
-            let before = stored(self);
-            ties.iter().for_each(|&b| self.state.damage[b] = 1.0);
-            parted.iter().for_each(|&i| self.refit(i));
-            self.books.sums.broken += before - stored(self);
-            self.books.sums.breaks += ties.len() as u32;
-        }
-        let SheetState { labels, pieces, step, .. } = &mut self.state;
-        renumber(&found, &prepared.points.areas, labels, pieces, *step);
     }
 }

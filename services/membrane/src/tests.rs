@@ -1,11 +1,14 @@
 //! Sheets for tests.
 
 use crate::prepared::PreparedMembrane;
+use crate::state::SheetState;
+use crate::steps::SheetRun;
 use crate::window::MembraneWindow;
 use cullet_geometry::{Pose, Vec3};
 use cullet_model::{
     Continuum, ContinuumBody, ContinuumSetup, MembraneLaw, MembraneMaterial, MembranePace,
-    MembraneSheet, SheetAir, SheetGrip, SheetRegion, Window, WindowOutcome, WindowProgress,
+    MembraneSheet, SheetAir, SheetDiffusion, SheetGrip, SheetRegion, SheetSource, SheetSourceKind,
+    Window, WindowOutcome, WindowProgress,
 };
 use std::sync::Arc;
 
@@ -39,6 +42,7 @@ pub(crate) fn setup() -> ContinuumSetup {
             pressure: 0.0,
         },
         diffusion: None,
+        foundation: None,
         pace: MembranePace::Real,
     };
     ContinuumSetup {
@@ -67,7 +71,7 @@ pub(crate) fn grip(low: [f64; 2], high: [f64; 2], path: Vec<(f64, Vec3)>) -> She
 
 /// A window of some steps without bodies.
 pub(crate) fn window(first_step: u64, steps: u32) -> Window {
-    Window { first_step, steps, frame_every: 0, proxies: vec![] }
+    Window { first_step, steps, frame_every: 0, proxies: vec![], retired: None }
 }
 
 /// Solves a window.
@@ -86,4 +90,58 @@ pub(crate) fn solve(
     }
 }
 
+/// A run from a state; from rest without one.
+pub(crate) fn begun(setup: &ContinuumSetup, change: impl FnOnce(&mut SheetState)) -> SheetRun {
+    let prepared = Arc::new(PreparedMembrane::new(setup).unwrap());
+    let mut state = SheetState::start(&prepared);
+    change(&mut state);
+    SheetRun::new(prepared, state, vec![])
+}
+
+/// Solves a window of some steps from a changed start.
+pub(crate) fn solve_from(
+    setup: &ContinuumSetup,
+    steps: u32,
+    change: impl FnOnce(&mut SheetState),
+) -> Box<WindowOutcome> {
+    let prepared = Arc::new(PreparedMembrane::new(setup).unwrap());
+    let mut state = SheetState::start(&prepared);
+    change(&mut state);
+    let bytes = state.encode(&prepared);
+    solve(&prepared, Some(&bytes), window(0, steps))
+}
+
+/// A figure of an outcome.
+pub(crate) fn figure(outcome: &WindowOutcome, name: &str) -> f64 {
+    outcome.figures.iter().find(|figure| figure.name == name).expect("the figure").value
+}
+
+/// Whether an outcome has a warning with these words.
+pub(crate) fn warns(outcome: &WindowOutcome, words: &str) -> bool {
+    outcome.warnings.iter().any(|warning| warning.contains(words))
+}
+
+/// Something that spreads and does nothing, from these sources.
+pub(crate) fn harmless(sources: Vec<(SheetRegion, SheetSourceKind)>) -> SheetDiffusion {
+    let source = |(region, kind)| SheetSource { region, from: 0.0, until: f64::INFINITY, kind };
+    SheetDiffusion {
+        capacity: 1.0,
+        conductivity: [1e-5; 2],
+        expansion: [0.0; 2],
+        start: 0.0,
+        saturation: f64::INFINITY,
+        stiffness: vec![],
+        toughness: vec![],
+        strength: vec![],
+        exposure: 0.0,
+        weight: 0.0,
+        loss: 0.0,
+        ambient: 0.0,
+        sources: sources.into_iter().map(source).collect(),
+    }
+}
+
 mod elastic;
+mod foundations;
+mod motion;
+mod tears;

@@ -1,20 +1,25 @@
 //! A window of a sheet's time, as the worker solves it.
 
+use crate::crossings::{crossings, live_pairs};
+use crate::detectors::{
+    self, SheetCondition, WindowExtremes, drag_share, mass_ratio, pressed_through,
+};
 use crate::prepared::PreparedMembrane;
-use crate::proxies::RigidProxy;
-use crate::rest::patience;
 use crate::state::SheetState;
-use crate::steps::SheetRun;
+use crate::steps::{MOST_LENGTH, SheetRun};
 use crate::surface::TornSurface;
+use cullet_continuum::RigidProxy;
+use cullet_continuum::rest::patience;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::STRENGTH_RATIO;
+use cullet_model::sheet_check::MOST_SWELLING;
 use cullet_model::{
     Continuum, ContinuumSetup, Failure, Figure, MembraneLaw, MembranePace, MovingSurface, Refusal,
     SurfaceFrame, SweptExtent, TornPiece, Window, WindowLedger, WindowOutcome, WindowProgress,
 };
 use std::sync::Arc;
 
-/// Points times steps of one slice: about 20 ms.
+/// Points times steps of one slice: about 5 ms.
 const SLICE: usize = 60_000;
 /// Momentum and the integral of what diffuses close to this share of what was exchanged.
 const CLOSED: f64 = 1e-9;
@@ -33,6 +38,7 @@ pub struct MembraneWindow {
     frames: Vec<SurfaceFrame>,
     /// The surface of the last frame, and which pairs of points held then.
     torn: Option<(Vec<bool>, TornSurface)>,
+    seen: WindowExtremes,
     done: u32,
 }
 
@@ -58,7 +64,7 @@ impl Continuum for MembraneWindow {
         state: Option<&[u8]>,
         window: Window,
     ) -> Result<Self, Refusal> {
-        let state = match state {
+        let mut state = match state {
             Some(bytes) => SheetState::decode(&prepared, bytes)?,
             None => SheetState::start(&prepared),
         };
@@ -70,8 +76,14 @@ impl Continuum for MembraneWindow {
         if window.steps == 0 {
             return unfit("a window has at least one step".to_owned());
         }
-        let proxies = window.proxies.iter().map(|proxy| RigidProxy::new(proxy, window.steps));
+        let proxies = window
+            .proxies
+            .iter()
+            .map(|proxy| RigidProxy::new(proxy, window.steps, crate::family::NAME));
         let proxies = proxies.collect::<Result<Vec<_>, Refusal>>()?;
+        let retired = window.retired.as_deref().unwrap_or_default();
+        let (world_step, family) = (prepared.setup.world_step, crate::family::NAME);
+        cullet_continuum::retire(&mut state.pieces, retired, world_step, family)?;
         let mut run = SheetRun::new(prepared, state, proxies);
         let start = WindowStart {
             kinetic: run.kinetic(),
@@ -79,8 +91,17 @@ impl Continuum for MembraneWindow {
             momentum: momentum(&run),
             quantity: quantity(&run),
         };
-        let mut window =
-            Self { run, window, start, surfaces: vec![], frames: vec![], torn: None, done: 0 };
+        let mut window = Self {
+            run,
+            window,
+            start,
+            surfaces: vec![],
+            frames: vec![],
+            torn: None,
+            seen: WindowExtremes::default(),
+            done: 0,
+        };
+        window.seen.drag = drag_share(&window.run);
         if window.window.first_step == 0 && window.window.frame_every > 0 {
             window.show();
         }
@@ -97,7 +118,8 @@ impl Continuum for MembraneWindow {
                 continue;
             }
             self.done += 1;
-            if let Some(failure) = self.not_finite() {
+            self.seen.drag = self.seen.drag.max(drag_share(&self.run));
+            if let Some(failure) = self.swollen().or_else(|| self.not_finite()) {
                 return WindowProgress::Failed(failure);
             }
             let every = u64::from(self.window.frame_every);
@@ -134,24 +156,38 @@ impl MembraneWindow {
         if let Some(what) = self.run.state.not_finite() {
             return Some(Failure::NotFinite { what, step });
         }
+        if self.run.is_overstretched() {
+            let what = format!("a bond is longer than {MOST_LENGTH} horizons");
+            return Some(Failure::Beyond { what, step });
+        }
         let moving = self.run.proxies.iter().all(RigidProxy::is_finite);
         (!moving).then_some(Failure::NotFinite { what: "the motion of a rigid body", step })
+    }
+
+    /// That what it has taken up stretches or shrinks it by more than a bond can follow.
+    fn swollen(&self) -> Option<Failure> {
+        let what = self.run.prepared.sheet().diffusion.as_ref()?;
+        let beyond = |theta: &&f64| what.swelling(**theta).abs() > MOST_SWELLING;
+        let theta = *self.run.state.theta.iter().find(beyond)?;
+        let strain = what.swelling(theta);
+        let what = format!(
+            "what it takes up, {theta:.3e}, strains it by {strain:.3}; {MOST_SWELLING} is the most"
+        );
+        Some(Failure::Beyond { what, step: self.run.state.step })
     }
 
     /// Takes a frame.
     fn show(&mut self) {
         let (run, prepared) = (&self.run, &self.run.prepared);
         let state = &run.state;
-        let slopes: Vec<[Vec3; 2]> =
-            (0..state.places.len()).map(|i| run.stencils.slopes(i, &state.places)).collect();
-        let whole =
-            |b: &Option<usize>| b.is_some_and(|b| !prepared.bonds.cut[b] && state.damage[b] < 1.0);
-        let alive: Vec<bool> = prepared.pairs.iter().map(whole).collect();
+        let slopes = run.slopes();
+        let alive = live_pairs(prepared, &state.damage);
+        let crossed = crossings(&run.whole_triangles(&alive), &state.places).len();
+        self.seen.crossed = self.seen.crossed.max(crossed);
         let torn = match self.torn.take() {
             Some((before, torn)) if before == alive => torn,
             _ => {
-                let thickness = prepared.sheet().thickness as f32;
-                let torn = TornSurface::new(&prepared.triangles, &alive, thickness);
+                let torn = run.torn_surface(&alive);
                 self.surfaces.push(torn.surface.clone());
                 torn
             }
@@ -181,6 +217,7 @@ impl MembraneWindow {
         let mut pieces: Vec<TornPiece> = state
             .pieces
             .iter()
+            .filter(|piece| !piece.is_gone())
             .map(|piece| TornPiece {
                 number: piece.number,
                 parent: piece.parent,
@@ -267,10 +304,11 @@ impl MembraneWindow {
         None
     }
 
-    fn figures(&self) -> Vec<Figure> {
+    fn figures(&self, condition: &SheetCondition) -> Vec<Figure> {
         let prepared = &self.run.prepared;
         let limits = prepared.limits();
         let length = f64::from(self.done) * prepared.setup.world_step;
+        let mass: f64 = self.run.masses.iter().map(|m| m[0]).sum();
         let mut figures = vec![
             ("working_wave_speed", "m/s", prepared.pace.speed),
             ("working_inertia", "1", prepared.pace.inertia),
@@ -285,6 +323,7 @@ impl MembraneWindow {
             ("step", "s", prepared.step()),
         ]
         .into_iter()
+        .chain(detectors::figures(&self.run, condition, self.seen))
         .map(|(name, unit, value)| (name.to_owned(), unit, value))
         .collect::<Vec<_>>();
         for (k, impulse) in self.run.books.grips.iter().enumerate() {
@@ -294,6 +333,9 @@ impl MembraneWindow {
         }
         for (proxy, handed) in self.run.proxies.iter().zip(&self.window.proxies) {
             figures.push((format!("body_{}_depth", handed.body), "m", proxy.deepest));
+            if let Some(ratio) = mass_ratio(handed, mass) {
+                figures.push((format!("body_{}_mass_ratio", handed.body), "1", ratio));
+            }
         }
         let figure = |(name, unit, value): (String, &str, f64)| Figure {
             name,
@@ -303,8 +345,8 @@ impl MembraneWindow {
         figures.into_iter().map(figure).collect()
     }
 
-    fn warnings(&self, ledger: &WindowLedger) -> Vec<String> {
-        let mut warnings = Vec::new();
+    fn warnings(&self, ledger: &WindowLedger, condition: &SheetCondition) -> Vec<String> {
+        let mut warnings = detectors::warnings(&self.run, condition, self.seen);
         let prepared = &self.run.prepared;
         let elastic = ledger.stretching + ledger.bending;
         let works = [ledger.air, ledger.grips, ledger.gravity, ledger.bodies];
@@ -348,18 +390,20 @@ impl MembraneWindow {
             }
         }
         for (proxy, handed) in self.run.proxies.iter().zip(&self.window.proxies) {
-            if proxy.deepest > 2.0 * prepared.contact() {
-                let (depth, body) = (proxy.deepest, handed.body);
-                warnings.push(format!("points were {depth:.3e} m inside of body {body}"));
-            }
+            let contact = prepared.contact();
+            warnings.extend(pressed_through(handed, proxy.deepest, contact, ledger.mass));
         }
         warnings
     }
 
     fn extent(&self) -> SweptExtent {
-        let state = &self.run.state;
+        let (state, gone) = (&self.run.state, &self.run.gone);
+        // Where nothing is left, it is where it was.
+        let none = gone.iter().all(|gone| *gone);
+        let here = |(x, gone): (&'_ Vec3, &bool)| (!gone || none).then_some(*x);
+        let places: Vec<Vec3> = state.places.iter().zip(gone).filter_map(here).collect();
         let bound = |pick: fn(f64, f64) -> f64, from: f64| -> [f64; 3] {
-            std::array::from_fn(|k| state.places.iter().map(|x| x[k]).fold(from, pick))
+            std::array::from_fn(|k| places.iter().map(|x| x[k]).fold(from, pick))
         };
         SweptExtent {
             low: bound(f64::min, f64::MAX),
@@ -374,6 +418,7 @@ impl MembraneWindow {
         if let Some(failure) = self.unbalanced(&ledger) {
             return WindowProgress::Failed(failure);
         }
+        let condition = SheetCondition::of(&self.run);
         WindowProgress::Done(Box::new(WindowOutcome {
             state: self.run.state.encode(&self.run.prepared),
             extent: self.extent(),
@@ -381,12 +426,14 @@ impl MembraneWindow {
             surfaces: std::mem::take(&mut self.surfaces),
             frames: std::mem::take(&mut self.frames),
             pieces: self.pieces(),
-            figures: self.figures(),
-            warnings: self.warnings(&ledger),
+            settled: self.settled(),
+            figures: self.figures(&condition),
+            warnings: self.warnings(&ledger, &condition),
             ledger,
         }))
     }
 }
 
+mod settled;
 #[cfg(test)]
 mod tests;

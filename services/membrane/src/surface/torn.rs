@@ -102,6 +102,31 @@ impl TornSurface {
         self.each_vertex().map(|ties| (sum(ties) / ties.len() as f64) as f32).collect()
     }
 
+    /// The same without what hangs on some points. Those that are left lose their numbers.
+    ///
+    /// # Panics
+    /// If there are fewer flags than points.
+    #[must_use]
+    pub fn without(&self, gone: &[bool]) -> Self {
+        let kept = |ties: &[SurfaceTie]| !gone[ties[0].point as usize];
+        let thickness = self.surface.thickness;
+        let surface = MovingSurface { thickness, ..MovingSurface::default() };
+        let mut rest = Self { surface, first: vec![0], ties: Vec::new() };
+        let mut number = Vec::new();
+        for (v, ties) in self.each_vertex().enumerate() {
+            number.push(rest.surface.reference.len() as u32);
+            if kept(ties) {
+                rest.ties.extend(ties);
+                rest.first.push(rest.ties.len() as u32);
+                rest.surface.reference.push(self.surface.reference[v]);
+            }
+        }
+        let left = self.surface.triangles.iter().filter(|corners| kept(self.ties(corners[0])));
+        let renumbered = left.map(|corners| corners.map(|v| number[v as usize]));
+        rest.surface.triangles = renumbered.collect();
+        rest
+    }
+
     /// What a vertex hangs on: one point, or two or three where a crack ends or passes by.
     ///
     /// # Panics

@@ -96,6 +96,20 @@ impl SheetTriangulation {
         &self.pairs
     }
 
+    /// Triangles between points whose pairs all hold, by `alive` for each of
+    /// [`SheetTriangulation::pairs`]; those at the outline and along cracks are left out.
+    pub(crate) fn whole(&self, alive: &[bool]) -> Vec<[u32; 3]> {
+        let holds = |&e: &u32| match self.pair_of_edge[e as usize] {
+            NONE => true,
+            pair => alive[pair as usize],
+        };
+        let is_point = |&v: &u32| self.owners[v as usize] == v;
+        let whole = |(corners, sides): &(&[u32; 3], &[u32; 3])| {
+            corners.iter().all(is_point) && sides.iter().all(holds)
+        };
+        self.triangles.iter().zip(&self.sides).filter(whole).map(|(corners, _)| *corners).collect()
+    }
+
     /// Numbers edges and pairs, and drops the vertices of the outline that no triangle has.
     fn connect(
         mut places: Vec<SheetPlace>,

@@ -215,6 +215,7 @@ fn inner_forces_have_no_sum_and_no_torque() {
         }
         assert!(run.books.sums.broken + run.books.sums.plastic > 0.0, "{law:?}");
         assert!(force.norm() < 1e-14 * size, "{law:?}: {}", force.norm() / size);
-        assert!(torque.norm() < 1e-14 * size, "{law:?}: {}", torque.norm() / size);
+        // The direction of a force is that of its bond to the rounding of f32, 6e-8.
+        assert!(torque.norm() < 5e-11 * size, "{law:?}: {}", torque.norm() / size);
     }
 }

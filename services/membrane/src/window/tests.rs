@@ -3,8 +3,8 @@ use crate::state::SheetState;
 use crate::tests::{grip, setup, solve, window, with};
 use cullet_geometry::{Mat3, Pose, Vec3};
 use cullet_model::{
-    ContinuumSetup, MembraneLaw, MembranePace, Proxy, ProxyMotion, SheetDiffusion, SheetRegion,
-    SheetSource, SheetSourceKind, Window,
+    Continuum, ContinuumSetup, MembraneLaw, MembranePace, Proxy, ProxyMotion, SheetDiffusion,
+    SheetRegion, SheetSource, SheetSourceKind, Window, WindowProgress,
 };
 use std::sync::Arc;
 
@@ -87,7 +87,6 @@ fn foreign_and_truncated_states_are_refused() {
         let run = crate::MembraneWindow::open(Arc::clone(&prepared), Some(bytes), window(1, 1));
         run.err().map(|refusal| refusal.to_string()).unwrap_or_default()
     };
-    use cullet_model::Continuum;
     assert!(refused(&state[..state.len() - 1]).contains("cut short"));
     assert!(refused(&[&state[..], &[0]].concat()).contains("after its end"));
     let mut other = state.clone();
@@ -97,6 +96,32 @@ fn foreign_and_truncated_states_are_refused() {
     let bytes = solve(&other, None, window(0, 1)).state;
     assert!(refused(&bytes).is_empty() || refused(&bytes).contains("another sheet"));
     assert_eq!(refused(&state), "");
+}
+
+/// The kernel's whole numbers hold no more: the window fails before they wrap around.
+#[test]
+fn a_sheet_that_is_stretched_beyond_all_measure_fails() {
+    let elastic = with(setup(), |sheet| sheet.material.fracture_energy = 1e9);
+    let prepared = prepared(&elastic);
+    for (stretch, fails) in [(8.0, false), (25.0, true)] {
+        let mut state = SheetState::start(&prepared);
+        state.places.iter_mut().for_each(|x| *x *= stretch);
+        let bytes = state.encode(&prepared);
+        let mut run =
+            crate::MembraneWindow::open(Arc::clone(&prepared), Some(&bytes), window(0, 1)).unwrap();
+        let end = loop {
+            match Continuum::advance(&mut run) {
+                WindowProgress::Running(_) => {}
+                end => break end,
+            }
+        };
+        match end {
+            WindowProgress::Failed(failure) => {
+                assert!(fails && failure.to_string().contains("16 horizons"), "{failure}");
+            }
+            _ => assert!(!fails, "{stretch}"),
+        }
+    }
 }
 
 /// A ball falls on a sheet that is held at four pins: what it gets is what the sheet loses.
@@ -295,4 +320,30 @@ fn a_piece_at_rest_is_frozen_until_something_comes() {
     let ball = striker(0.03, 1.0);
     let third = solve(&prepared, Some(&whole.state), on(200, 4, vec![floor, ball]));
     assert!(!third.pieces[0].frozen && third.ledger.kinetic > 0.0, "{:?}", third.ledger);
+}
+
+/// A sheet on a base swings as one with √(k_b/ρh), and the base stores what it takes.
+#[test]
+fn a_base_pulls_a_sheet_back_and_stores_what_that_takes() {
+    let by_area = 1e4;
+    let setup = with(setup(), |sheet| {
+        sheet.foundation = Some(by_area);
+        sheet.velocity = Vec3::new(0.3, 0.0, 0.4);
+    });
+    let prepared = prepared(&setup);
+    let outcome = solve(&prepared, None, window(0, 24));
+    let end = SheetState::decode(&prepared, &outcome.state).unwrap();
+    let rate = (by_area / (1000.0 * 1e-3_f64)).sqrt();
+    let time = 24.0 * prepared.setup.world_step;
+    for (p, x) in prepared.points.places.iter().zip(&end.places) {
+        let moved = x - Vec3::new(p[0], p[1], 0.0);
+        let due = prepared.sheet().velocity * ((rate * time).sin() / rate);
+        assert!((moved - due).norm() < 1e-3 * due.norm(), "{moved} {due}");
+    }
+    let ledger = &outcome.ledger;
+    let whole = 0.5 * ledger.mass * 0.25;
+    assert!(((ledger.kinetic + ledger.stretching) / whole - 1.0).abs() < 1e-3, "{ledger:?}");
+    assert!(ledger.stretching > 0.1 * whole && ledger.bodies.abs() < 1e-9 * whole, "{ledger:?}");
+    assert!(ledger.residual.abs() < 1e-3 * whole, "{ledger:?}");
+    assert!(Vec3::from(ledger.momentum_residual).norm() < 1e-12, "{ledger:?}");
 }

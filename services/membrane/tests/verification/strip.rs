@@ -1,159 +1,180 @@
 //! T9: a strip with a notch, clamped and stretched, then let go.
 
-use cullet_geometry::{Pose, Vec3};
-use cullet_membrane::{MembraneWindow, PreparedMembrane, SheetState};
-use cullet_model::{
-    Continuum, ContinuumBody, ContinuumSetup, MembraneLaw, MembraneMaterial, MembranePace,
-    MembraneSheet, SheetAir, SheetGrip, SheetRegion, Window, WindowOutcome, WindowProgress,
-};
-use std::sync::Arc;
+use super::kit::{cracks, grip, mean_and_most, prepare, settled, setup, sheet, solve};
+use cullet_geometry::Vec3;
+use cullet_membrane::SheetState;
+use cullet_model::ContinuumSetup;
 
 const WIDTH: f64 = 0.75;
 const HEIGHT: f64 = 0.6;
 const SPACING: f64 = 0.0125;
 const THICKNESS: f64 = 1e-3;
 const TOUGHNESS: f64 = 10.0;
+const NOTCH: f64 = 0.25;
 /// Height of a clamp.
 const CLAMP: f64 = 0.025;
+/// Stretch at which G is measured.
+const TRIAL: f64 = 0.005;
+/// Rayleigh's waves: 0.93 √(μ/ρ) \[m/s\].
+const RAYLEIGH: f64 = 18.0;
 
-fn setup(notch: f64, stretch: f64, breaks: bool, seed: u64) -> ContinuumSetup {
-    let grip = |low: f64, high: f64, moved: f64| SheetGrip {
-        region: SheetRegion::Box { low: [-1.0, low], high: [9.0, high] },
-        path: vec![(0.0, Vec3::new(0.0, moved, 0.0))],
-        until: None,
-    };
+fn strip(notch: f64, stretch: f64, breaks: bool, seed: u64) -> ContinuumSetup {
     let half = 0.5 * HEIGHT;
-    let moved = (half - CLAMP) * stretch;
-    let sheet = MembraneSheet {
-        outline: vec![[0.0, -half], [WIDTH, -half], [WIDTH, half], [0.0, half]],
-        notches: vec![vec![[-0.1, 0.0], [notch, 0.0]]],
-        thickness: THICKNESS,
-        spacing: SPACING,
-        horizon: 3.015,
-        material: MembraneMaterial {
-            density: 1000.0,
-            young: 1e6,
-            poisson: 1.0 / 3.0,
-            fracture_energy: if breaks { TOUGHNESS } else { 1e9 },
-            strength: 1e12,
-            law: MembraneLaw::Brittle,
-            scatter: 0.0,
-            bending_floor: 0.0,
-            damping: 0.02,
-        },
-        pose: Pose::identity(),
-        velocity: Vec3::zeros(),
-        grips: vec![grip(-1.0, CLAMP - half, -moved), grip(half - CLAMP, 1.0, moved)],
-        air: SheetAir {
-            density: 0.0,
-            drag: 0.0,
-            wind: Vec3::zeros(),
-            gusts: [0.0; 2],
-            pressure: 0.0,
-        },
-        diffusion: None,
-        pace: MembranePace::Real,
-    };
-    ContinuumSetup {
-        body: ContinuumBody::Membrane(sheet),
-        world_step: 1e-3,
-        gravity: Vec3::zeros(),
-        seed,
-    }
+    let moved = Vec3::new(0.0, (half - CLAMP) * stretch, 0.0);
+    let mut sheet = sheet([0.0, -half], [WIDTH, half], SPACING);
+    sheet.notches = vec![vec![[-0.1, 0.0], [notch, 0.0]]];
+    sheet.material.fracture_energy = if breaks { TOUGHNESS } else { 1e9 };
+    sheet.grips = vec![
+        grip([-1.0, -1.0], [9.0, CLAMP - half], vec![(0.0, -moved)]),
+        grip([-1.0, half - CLAMP], [9.0, 1.0], vec![(0.0, moved)]),
+    ];
+    setup(sheet, 1e-3, seed)
 }
 
-fn solve(
-    prepared: &Arc<PreparedMembrane>,
-    state: &SheetState,
-    steps: u32,
-) -> (Box<WindowOutcome>, SheetState) {
-    let bytes = state.encode(prepared);
-    let window = Window { first_step: state.step, steps, frame_every: 0, proxies: vec![] };
-    let mut run = MembraneWindow::open(Arc::clone(prepared), Some(&bytes), window).unwrap();
-    loop {
-        match Continuum::advance(&mut run) {
-            WindowProgress::Running(_) => {}
-            WindowProgress::Done(outcome) => return (outcome, run.state().clone()),
-            WindowProgress::Failed(failure) => panic!("{failure}"),
-        }
-    }
-}
-
-/// The strip at rest under a stretch, without breaking, and its energy \[J\].
-fn at_rest(notch: f64, stretch: f64, seed: u64) -> (SheetState, f64) {
-    let prepared = Arc::new(PreparedMembrane::new(&setup(notch, stretch, false, seed)).unwrap());
+/// The strip at rest under the trial's stretch, without breaking, and its energy \[J\].
+fn at_rest(notch: f64, seed: u64) -> (SheetState, f64) {
+    let prepared = prepare(&strip(notch, TRIAL, false, seed));
     let mut state = SheetState::start(&prepared);
     for (x, p) in state.places.iter_mut().zip(&prepared.points.places) {
         let near = 0.5 * HEIGHT - CLAMP;
-        x.y = p[1] + stretch * p[1].clamp(-near, near);
+        x.y = p[1] + TRIAL * p[1].clamp(-near, near);
     }
-    let (mut kinetic, mut energy) = (0.0, 0.0);
-    for _ in 0..300 {
-        let (outcome, mut next) = solve(&prepared, &state, 1);
-        // Kinetic damping: velocities are taken away when they have passed their peak.
-        if outcome.ledger.kinetic < kinetic {
-            next.velocities.iter_mut().for_each(|v| *v = Vec3::zeros());
-            kinetic = 0.0;
-        } else {
-            kinetic = outcome.ledger.kinetic;
-        }
-        energy = outcome.ledger.stretching;
-        state = next;
-        if kinetic > 0.0 && kinetic < 1e-10 * energy {
-            break;
-        }
-    }
-    (state, energy)
+    settled(&prepared, state, 300)
 }
 
-/// Energy released by area of a crack as the notch grows, at this stretch \[J/m²\].
-fn released(notch: f64, stretch: f64, seed: u64) -> f64 {
-    let by = 4.0 * SPACING;
-    let energy = |notch: f64| at_rest(notch, stretch, seed).1;
-    (energy(notch - by) - energy(notch + by)) / (2.0 * by * THICKNESS)
+/// Stretch at which the energy that the notch would release by area is `over` G, and the strip at
+/// rest near it.
+struct Loaded {
+    rest: SheetState,
+    /// G by stretch² \[J/m²\].
+    per_square: f64,
+    seed: u64,
 }
 
-/// How far the tip of the crack has come \[m\], and how far from the line \[m\].
-fn tip(prepared: &PreparedMembrane, state: &SheetState) -> (f64, f64) {
-    let (mut far, mut off) = (0.0, 0.0);
-    for i in 0..prepared.points.places.len() {
-        let p = prepared.points.places[i];
-        for b in prepared.bonds.of(i) {
-            let q = prepared.points.places[prepared.bonds.ends[b] as usize];
-            let middle = [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
-            if state.damage[b] >= 1.0 && middle[0] > far {
-                (far, off) = (middle[0], middle[1].abs());
+/// What became of a strip.
+struct Run {
+    /// How far the tip has come \[m\].
+    grown: f64,
+    /// How far it is off the line \[m\].
+    off: f64,
+    /// Energy lost by G and the way along the strip \[1\].
+    spent: f64,
+    /// Torn area by the thickness and that way \[1\].
+    longer: f64,
+    /// Fastest over 50 mm, by that of Rayleigh's waves \[1\].
+    speed: f64,
+    /// Unaccounted energy by all there is \[1\].
+    residual: f64,
+}
+
+impl Loaded {
+    /// G by the difference of the energies of two notches.
+    fn new(seed: u64) -> Self {
+        let by = 4.0 * SPACING;
+        let energy = |notch: f64| at_rest(notch, seed).1;
+        let released = (energy(NOTCH - by) - energy(NOTCH + by)) / (2.0 * by * THICKNESS);
+        Self { rest: at_rest(NOTCH, seed).0, per_square: released / (TRIAL * TRIAL), seed }
+    }
+
+    fn run(&self, over: f64) -> Run {
+        let stretch = (over * TOUGHNESS / self.per_square).sqrt();
+        let scaled = |breaks: bool| {
+            let prepared = prepare(&strip(NOTCH, stretch, breaks, self.seed));
+            let mut state = SheetState::start(&prepared);
+            let rows = state.places.iter_mut().zip(&prepared.points.places).zip(&self.rest.places);
+            for ((x, p), rested) in rows {
+                let rest = Vec3::new(p[0], p[1], 0.0);
+                *x = rest + (rested - rest) * (stretch / TRIAL);
+            }
+            (prepared, state)
+        };
+        let (elastic, state) = scaled(false);
+        let (rested, _) = settled(&elastic, state, 30);
+        let (prepared, mut state) = scaled(true);
+        state.places = rested.places;
+        let (mut tips, mut last) = (vec![NOTCH], None);
+        let (mut broken, mut residual) = (0.0, 0.0);
+        for _ in 0..70 {
+            let (outcome, next) = solve(&prepared, &state, 1);
+            broken += outcome.ledger.broken;
+            residual += outcome.ledger.residual;
+            state = next;
+            let all = cracks(&prepared, &state);
+            let tip = all.into_iter().max_by(|a, b| a[0].total_cmp(&b[0]));
+            tips.push(tip.map_or(NOTCH, |tip| tip[0].max(NOTCH)));
+            last = tip.map(|tip| tip[1].abs()).or(last);
+            let ledger = outcome.ledger;
+            if tips[tips.len() - 1] > WIDTH - 2.0 * SPACING || tips.len() == 71 {
+                let all = ledger.stretching + ledger.kinetic + broken;
+                let grown = tips[tips.len() - 1] - NOTCH;
+                let over = THICKNESS * grown.max(SPACING);
+                return Run {
+                    grown,
+                    off: last.unwrap_or(0.0),
+                    spent: broken / (TOUGHNESS * over),
+                    longer: ledger.torn_area / over,
+                    speed: fastest(&tips) / RAYLEIGH,
+                    residual: residual / all,
+                };
             }
         }
+        unreachable!("the last round returns")
     }
-    (far, off)
+}
+
+/// Greatest mean speed over 50 mm or more of places in every millisecond \[m/s\].
+fn fastest(tips: &[f64]) -> f64 {
+    let from = |k: usize| {
+        let later = (k..tips.len()).find(|&n| tips[n] - tips[k] >= 0.05)?;
+        Some((tips[later] - tips[k]) / (1e-3 * (later - k) as f64))
+    };
+    (0..tips.len()).filter_map(from).fold(0.0, f64::max)
 }
 
 /// A crack starts at 1.1 G and not at 0.9 G, and spends about G.
 #[test]
 fn a_notch_runs_above_g_and_holds_below() {
-    let (notch, seed) = (0.25, 1);
-    let trial = 0.01;
-    let per_square = released(notch, trial, seed) / (trial * trial);
+    let loaded = Loaded::new(1);
     for (over, runs) in [(0.9, false), (1.1, true)] {
-        let stretch = (over * TOUGHNESS / per_square).sqrt();
-        let (mut state, _) = at_rest(notch, stretch, seed);
-        state.step = 0;
-        state.velocities.iter_mut().for_each(|v| *v = Vec3::zeros());
-        let prepared = Arc::new(PreparedMembrane::new(&setup(notch, stretch, true, seed)).unwrap());
-        let (outcome, end) = solve(&prepared, &state, 60);
-        let (far, off) = tip(&prepared, &end);
-        let ledger = &outcome.ledger;
-        let spent = ledger.broken / (TOUGHNESS * THICKNESS * (far - notch).max(SPACING));
-        let (torn, area) = (ledger.torn_area, THICKNESS * (far - notch));
-        assert!(ledger.residual.abs() < 0.02 * (ledger.stretching + ledger.kinetic), "{ledger:?}");
+        let Run { grown, off, spent, longer, speed, residual } = loaded.run(over);
+        assert!(residual.abs() < 0.02, "{residual}");
         if runs {
-            assert!(far - notch > 0.1, "{over}: {far} {spent} {per_square} {stretch}");
+            assert!(grown > 0.1, "{over}: {grown} {spent}");
             assert!((0.9..1.25).contains(&spent), "{spent}");
-            assert!((torn / area - 1.0).abs() < 0.25, "{torn} {area}");
-            assert!(off < 0.2 * (far - notch), "{off}");
+            assert!((longer - 1.0).abs() < 0.25, "{longer}");
+            assert!(off < 0.2 * grown, "{off}");
+            assert!(speed < 1.0, "{speed}");
         } else {
-            assert!(far - notch < 4.0 * SPACING, "{over}: {far} {spent}");
+            assert!(grown < 4.0 * SPACING, "{over}: {grown} {spent}");
         }
     }
+}
+
+/// The same for eight seeds and four loads: a row each.
+#[test]
+#[ignore = "some minutes"]
+fn t9_over_seeds() {
+    println!("G_app/G seed | grown mm | spent/G | torn/way | angle | v/c_R | residual");
+    let (mut angles, mut near) = (Vec::new(), Vec::new());
+    for seed in 1..=8 {
+        let loaded = Loaded::new(seed);
+        for over in [0.9, 1.0, 1.1, 1.3] {
+            let Run { grown, off, spent, longer, speed, residual } = loaded.run(over);
+            let angle = (off / grown.max(SPACING)).atan().to_degrees();
+            println!(
+                "{over} {seed} | {:.0} | {spent:.3} | {longer:.2} | {angle:.1} | {speed:.2} | \
+                 {residual:.4}",
+                grown * 1e3
+            );
+            if over > 1.05 {
+                angles.push(angle);
+            }
+            if over == 1.1 {
+                near.push(spent);
+            }
+        }
+    }
+    let ((mean, most), (spent, _)) = (mean_and_most(&angles), mean_and_most(&near));
+    println!("angle {mean:.1} in the mean, {most:.1} at most; spent at 1.1: {spent:.3}");
+    assert!(near.iter().all(|spent| (0.9..1.3).contains(spent)), "{near:?}");
 }
