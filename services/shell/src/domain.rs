@@ -4,9 +4,11 @@
 pub mod advance;
 mod arrange;
 mod copies;
+mod cuts;
 pub mod front;
 mod functional;
 mod links;
+mod memory;
 mod side_pairs;
 mod sides;
 pub mod split;

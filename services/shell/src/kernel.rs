@@ -8,6 +8,8 @@
 //! [`SectionLaw`](crate::section::SectionLaw).
 
 mod block;
+mod damping;
+mod elastic;
 mod pass;
 mod slot;
 mod strain;

@@ -5,8 +5,10 @@ pub mod domain;
 pub mod kernel;
 pub mod midsurface;
 pub mod section;
+pub mod soft;
 pub mod solve;
 pub mod specimen;
 pub mod treatment;
 
+pub use soft::SoftShellWindow;
 pub use solve::ShellSolver;

@@ -81,6 +81,9 @@ pub struct CellTable {
     pub extent: [f64; 2],
     /// Quadrature points.
     pub points: Vec<TablePoint>,
+    /// R at the corners of the cell, the middles of its sides and its own, in three rows of rising
+    /// second parameter; none of cells of patches.
+    pub corners: Vec<[f64; MOST_FUNCTIONS]>,
 }
 
 /// Functions at a quadrature point.

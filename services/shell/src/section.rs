@@ -8,10 +8,15 @@
 mod crack;
 mod plane;
 mod plastic;
+mod soft;
 mod stations;
+mod tearing;
 mod yielding;
 
+pub(crate) use crack::CrackSoftening;
 pub use crack::{CrackLine, PointState};
+pub(crate) use soft::LEAST_AREA;
+pub use soft::{NeoHookean, SoftElasticity, SoftSection};
 pub use stations::{Stations, gauss, lobatto};
 pub use yielding::StationFlow;
 
@@ -55,15 +60,21 @@ pub struct SectionLaw {
     pub most_growth: f64,
     /// Strain at a face above which a broken section bears nothing any more \[1\].
     pub most_strain: f64,
-    /// How it yields, where it does. What yields does not crack.
+    /// How it yields, where it does. What yields does not crack, unless it is soft.
     pub hardening: Option<Hardening>,
+    /// Of a soft wall; `None` of one whose strains are small.
+    pub soft: Option<SoftSection>,
 }
 
 /// What a step did at some points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SectionTally {
-    /// Energy that damage took \[J\].
+    /// Energy that damage took, and of walls that are not soft what flowed \[J\].
     pub dissipated: f64,
+    /// Plastic work of soft walls \[J\].
+    pub plastic: f64,
+    /// What inner damping of soft walls took \[J\].
+    pub damped: f64,
     /// Points that broke, or broke a second time.
     pub broken: u32,
 }
@@ -72,7 +83,12 @@ impl SectionTally {
     /// Sum of two.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
-        Self { dissipated: self.dissipated + other.dissipated, broken: self.broken + other.broken }
+        Self {
+            dissipated: self.dissipated + other.dissipated,
+            plastic: self.plastic + other.plastic,
+            damped: self.damped + other.damped,
+            broken: self.broken + other.broken,
+        }
     }
 }
 
@@ -94,6 +110,7 @@ impl SectionLaw {
             most_growth: MOST_GROWTH,
             most_strain: MOST_STRAIN,
             hardening: None,
+            soft: None,
         }
     }
 
@@ -107,6 +124,9 @@ impl SectionLaw {
     /// much von Mises' stress may change until it may flow. None where that alone does not tell.
     #[must_use]
     pub fn elastic_limit(&self, state: &PointState) -> Option<f64> {
+        if self.soft.is_some() {
+            return self.soft_limit(state);
+        }
         match self.hardening {
             Some(hardening) if state.flow.is_empty() => Some(hardening.yield_stress),
             Some(_) => state.last.is_none().then_some(state.slack),

@@ -32,7 +32,7 @@ use cullet_model::{
 use cullet_simd::{Real, SimdLevel};
 
 use nature::WallNature;
-pub(crate) use preconditions::{SLENDER, refusal};
+pub(crate) use preconditions::{SLENDER, neither, refusal};
 use preconditions::{ShellPlan, ThinBody, wall_surface};
 use schedule::ShellSchedule;
 pub(crate) use wall::SOFTENING_CELLS;

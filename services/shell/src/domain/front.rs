@@ -33,7 +33,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
     }
 
     /// Before the points' pass: parts control points and lets points feel the tips near them.
-    pub(super) fn go_on(&mut self) {
+    pub(crate) fn go_on(&mut self) {
         self.front.steps += 1;
         let later = self.front.due.split_off(&(self.front.steps + 1));
         for (_, points) in std::mem::replace(&mut self.front.due, later) {
@@ -74,7 +74,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
     }
 
     /// After the points' pass, where points have broken.
-    pub(super) fn note_broken(&mut self) {
+    pub(crate) fn note_broken(&mut self) {
         for point in self.live() {
             let state = &self.states[self.seats[point]];
             let (broken, dead, crossed) = (state.is_broken(), state.dead, state.crossed);
@@ -128,18 +128,24 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
 
     /// Lets the points ahead of one that has broken feel its tip in due time.
     fn announce(&mut self, point: usize) {
-        let seat = self.seats[point];
-        let Some(crack) = self.states[seat].crack else { return };
-        let at = self.setup[seat].surface;
-        let strength = self.tip_strength(at.extent_along(crack.normal));
+        let Some(crack) = self.states[self.seats[point]].crack else { return };
+        let facing = self.links.facing(point);
+        self.announce_across(point, crack.normal, &facing);
+    }
+
+    /// The same of a point that something has parted across `normal` (in its frame), `facing` in
+    /// space.
+    pub(super) fn announce_across(&mut self, point: usize, normal: [f64; 2], facing: &Vec3) {
+        let at = self.setup[self.seats[point]].surface;
+        let strength = self.tip_strength(at.extent_along(normal));
         let [e1, e2] = at.frame();
-        let (facing, place) = (self.links.facing(point), self.links.place(point));
+        let place = self.links.place(point);
         let pace = self.step * self.law.material.rayleigh_speed();
         for other in self.near(point) {
             let away = self.links.place(other as usize) - place;
             let far = away.norm();
             let extent = at.extent_along([away.dot(&e1) / far, away.dot(&e2) / far]);
-            if far <= AHEAD.0 * extent && away.dot(&facing).abs() <= AHEAD.1 * far {
+            if far <= AHEAD.0 * extent && away.dot(facing).abs() <= AHEAD.1 * far {
                 let due = self.front.steps + 1 + (far / pace) as u64;
                 self.front.due.entry(due).or_default().push((other, strength));
             }

@@ -84,6 +84,27 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         [surface.place + now.moved + b1 * off.x + b2 * off.y, now.normal * (thinner * off.z)]
     }
 
+    /// Where a point was before anything moved \[m\].
+    #[must_use]
+    pub fn first_place(&self, point: usize) -> Vec3 {
+        self.setup[self.seats[point]].surface.place
+    }
+
+    /// Where a point is now \[m\].
+    #[must_use]
+    pub fn place_now(&self, point: usize) -> Vec3 {
+        let (nodes, shares) = self.functions(point);
+        let moved: Vec3 = nodes.iter().zip(shares).map(|(&n, s)| self.moved(n as usize) * *s).sum();
+        self.first_place(point) + moved
+    }
+
+    /// Area of a point now, along its normal \[m²\].
+    #[must_use]
+    pub fn area_vector(&self, point: usize) -> Vec3 {
+        let (surface, now) = (&self.setup[self.seats[point]].surface, self.present(point));
+        now.normal * (surface.area * now.stretch / surface.stretch)
+    }
+
     /// The speed along `direction` of the place at the height `z` \[m\] over the midsurface at a
     /// point: δ(x + z a₃) with δa₃ = (1 − a₃a₃ᵀ)(δa₁ × a₂ + a₁ × δa₂)/j.
     pub(crate) fn functional(&self, point: usize, z: f64, direction: &Vec3) -> Functional {

@@ -17,16 +17,16 @@ pub(super) const LEAST_PART: usize = 4;
 #[derive(Clone, Debug)]
 pub(super) struct Links {
     /// By entry of the midsurface's list of neighbours.
-    severed: Vec<bool>,
+    pub(super) severed: Vec<bool>,
     /// Unit normal of the crack of each broken point, turned like those beside it; zero before.
-    facing: Vec<Vec3>,
+    pub(super) facing: Vec<Vec3>,
     /// The same of the second crack of each point that has one.
-    second: Vec<Vec3>,
+    pub(super) second: Vec<Vec3>,
     /// Where each point is \[m\], and its frame.
     places: Vec<Vec3>,
     frames: Vec<[Vec3; 2]>,
     /// Points that bear nothing at all.
-    dead: Vec<bool>,
+    pub(super) dead: Vec<bool>,
 }
 
 impl Links {
@@ -167,6 +167,11 @@ impl Links {
         if let (false, Ok(k)) = (is_broken, found) {
             self.sever(surface, surface.starts[point] as usize + k, point);
         }
+    }
+
+    /// Severs the link of that entry of `point`, before anything has moved.
+    pub(super) fn cut(&mut self, surface: &Midsurface, entry: usize, point: usize) {
+        self.sever(surface, entry, point);
     }
 
     /// Severs all links of a point that bears nothing any more; whether it had not done so.

@@ -38,7 +38,7 @@ pub struct ShellDomain<R: Real, const N: usize> {
     pub external: Vec<Vec3>,
     /// Time step \[s\].
     pub step: f64,
-    pub(super) kernel: ShellKernel<R, N>,
+    pub(crate) kernel: ShellKernel<R, N>,
     pub(super) elements: Vec<CellSide<N>>,
     /// What is at each seat.
     pub(super) setup: Vec<PointSetup>,

@@ -1,6 +1,8 @@
 //! A block of cells: sixteen side by side in tiles that share their functions.
 
-use super::slot::{ElasticLanes, PointSlot, Section, strain_of};
+use super::damping::Damped;
+use super::elastic::ElasticLanes;
+use super::slot::{PointSlot, Section, strain_of};
 use super::strain::{CellVectors, Rows, present, scatter, three};
 use super::{PointSetup, SurfaceStrain};
 use crate::section::{PointState, SectionLaw, SectionTally};
@@ -155,6 +157,29 @@ impl<R: Real, const N: usize> CellBlock<R, N> {
         tallies.into_iter().fold(SectionTally::default(), SectionTally::plus)
     }
 
+    /// Takes the strains of the points as those of the last step.
+    #[inline(always)]
+    pub(super) fn remember<S: Simd>(
+        &mut self,
+        simd: S,
+        shared: &StepInputs<'_, R, N>,
+        scratch: &mut CellScratch<R, N>,
+    ) {
+        gather(&self.nodes, shared.displacement, &mut scratch.nodes);
+        for tile in &mut self.tiles {
+            fill(&tile.nodes, &scratch.nodes, &mut scratch.field);
+            let mut lane = 0;
+            while lane < LANES {
+                for (q, slot) in tile.slots.iter_mut().enumerate() {
+                    let rows = &shared.tables[tile.table as usize][q];
+                    let now = present::<S, R, N>(simd, rows, &slot.geometry, &scratch.field, lane);
+                    slot.remember(simd, [&now.membrane, &now.bending], lane);
+                }
+                lane += V::<S, R>::LEN;
+            }
+        }
+    }
+
     /// Strains of the points, in the order of their seats.
     #[inline(always)]
     pub(super) fn strains<S: Simd>(
@@ -264,6 +289,7 @@ fn column<S: Simd, R: Real, const N: usize>(
         let now = present::<S, R, N>(simd, rows, &slot.geometry, field, lane);
         let Section { whole, borne: [mut n, mut m], stirred } =
             slot.section(simd, &elastic, [&now.membrane, &now.bending], lane);
+        let mut damped = slot.damped(simd, &elastic, [&now.membrane, &now.bending], lane);
         for k in (0..V::<S, R>::LEN).filter(|&k| stirred >> k & 1 == 1) {
             if slot.area.0[lane + k].wide() == 0.0 {
                 (0..3).for_each(|i| (n[i][k], m[i][k]) = (R::of(0.0), R::of(0.0)));
@@ -277,10 +303,23 @@ fn column<S: Simd, R: Real, const N: usize>(
                 m[i][k] = R::of(borne.moment[i]);
             }
             slot.watch(lane + k, shared.law.elastic_limit(state));
-            if elastic.yields {
+            if let (Some(damped), true) = (&mut damped, state.crack.is_some()) {
+                damped.taken[k] = R::of(0.0);
+                damped.borne.iter_mut().flatten().for_each(|part| part[k] = R::of(0.0));
+            }
+            if elastic.yields && elastic.soft.is_none() {
                 let [all_n, all_m] = &whole;
                 let less = [three(|i| all_n[i][k] - n[i][k]), three(|i| all_m[i][k] - m[i][k])];
                 slot.note_flow(lane + k, &less, &strain);
+            }
+        }
+        if let Some(Damped { borne: [more_n, more_m], taken }) = &damped {
+            for i in 0..3 {
+                n[i] += more_n[i];
+                m[i] += more_m[i];
+            }
+            for k in 0..V::<S, R>::LEN {
+                special_points.tallies[lane + k].damped += taken[k].wide();
             }
         }
         let area = load(simd, &slot.area, lane);

@@ -125,6 +125,16 @@ impl<R: Real, const N: usize> ShellKernel<R, N> {
         tallies.into_iter().fold(SectionTally::default(), SectionTally::plus)
     }
 
+    /// Takes the strains of all points as those of the last step.
+    pub(crate) fn remember(&mut self, law: &SectionLaw, displacement: &[[f64; 4]]) {
+        let shared = StepInputs { law, tables: &self.tables, displacement };
+        let level = self.level.level();
+        let mut scratch = CellScratch::new();
+        for block in &mut self.blocks {
+            dispatch!(level, simd => block.remember(simd, &shared, &mut scratch));
+        }
+    }
+
     /// Strains of all points, by seat.
     pub(crate) fn strains(
         &self,
@@ -140,6 +150,11 @@ impl<R: Real, const N: usize> ShellKernel<R, N> {
             dispatch!(level, simd => block.strains(simd, &shared, &mut scratch, out));
         }
         strains
+    }
+
+    /// The path of the processor that it is worked out on.
+    pub(crate) fn level(&self) -> SimdLevel {
+        self.level
     }
 
     /// Sum of the forces on a control point \[N\].

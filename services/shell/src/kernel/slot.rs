@@ -1,8 +1,8 @@
 //! One quadrature point of each of sixteen cells: its section, as far as that is elastic.
 
+use super::elastic::ElasticLanes;
 use super::strain::{SurfaceLanes, Vectors, take, three};
 use super::{PointSetup, SurfaceStrain};
-use crate::section::SectionLaw;
 use cullet_simd::{LANES, Lanes, Real, V, load};
 use fearless_simd::{Simd, SimdBase, SimdMask};
 
@@ -13,13 +13,23 @@ pub(super) struct PointSlot<R> {
     /// Area \[m²\]; none where there is no point.
     pub(super) area: Lanes<R>,
     /// t \[m\].
-    thickness: Lanes<R>,
-    /// [`SectionLaw::elastic_limit`] \[Pa\].
+    pub(super) thickness: Lanes<R>,
+    /// [`crate::section::SectionLaw::elastic_limit`] \[Pa\].
     limit: Lanes<R>,
     /// Lanes that are special whatever their stress.
     special: u16,
     /// Of what yields.
     flowed: Option<Box<FlowedLanes<R>>>,
+    /// Of what is damped.
+    pub(super) strained: Option<Box<StrainedLanes<R>>>,
+}
+
+/// Strains of the last step: of the midsurface, then of bending.
+#[derive(Clone, Debug)]
+pub(super) struct StrainedLanes<R> {
+    pub(super) strain: [[Lanes<R>; 3]; 2],
+    /// 1 where they are those of the last step, 0 where there was none.
+    pub(super) known: Lanes<R>,
 }
 
 /// What points that yield bear less than if they had not, and the strain at which that was found:
@@ -30,16 +40,6 @@ struct FlowedLanes<R> {
     strain: [[Lanes<R>; 3]; 2],
 }
 
-/// Elasticity in plane stress.
-pub(super) struct ElasticLanes<R> {
-    modulus: R,
-    poisson: R,
-    /// 1 − ν.
-    shear: R,
-    /// Whether von Mises' stress counts, or else the greatest principal one.
-    pub(super) yields: bool,
-}
-
 /// What the sections of a register's points bear: n̂ and m̂, 11, 22, 12.
 pub(super) struct Section<S: Simd, R: Real> {
     /// Had nothing flowed.
@@ -48,23 +48,6 @@ pub(super) struct Section<S: Simd, R: Real> {
     pub(super) borne: [Vectors<S, R>; 2],
     /// Which of them may not be, a bit each.
     pub(super) stirred: u32,
-}
-
-impl<R: Real> ElasticLanes<R> {
-    pub(super) fn of(law: &SectionLaw) -> Self {
-        let (poisson, yields) = (law.elastic.poisson, law.hardening.is_some());
-        let (modulus, shear) = (R::of(law.elastic.modulus), R::of(1.0 - poisson));
-        Self { modulus, poisson: R::of(poisson), shear, yields }
-    }
-
-    #[inline(always)]
-    fn stress<S: Simd>(&self, e: &Vectors<S, R>) -> Vectors<S, R> {
-        [
-            (e[0] + e[1] * self.poisson) * self.modulus,
-            (e[1] + e[0] * self.poisson) * self.modulus,
-            e[2] * self.shear * self.modulus,
-        ]
-    }
 }
 
 #[inline(always)]
@@ -87,7 +70,15 @@ impl<R: Real> PointSlot<R> {
         (vectors[0][0], vectors[1][1], vectors[5][2]) = (one, one, one);
         let geometry = SurfaceLanes { vectors, stretch: one, to_local: [one, zero, one] };
         let limit = Lanes([R::of(f64::from(f32::MAX)); LANES]);
-        Self { geometry, area: zero, thickness: one, limit, special: 0, flowed: None }
+        Self {
+            geometry,
+            area: zero,
+            thickness: one,
+            limit,
+            special: 0,
+            flowed: None,
+            strained: None,
+        }
     }
 
     pub(super) fn put(&mut self, lane: usize, setup: &PointSetup, live: bool) {
@@ -105,9 +96,12 @@ impl<R: Real> PointSlot<R> {
         }
         self.area.0[lane] = R::of(if live { s.area } else { 0.0 });
         self.thickness.0[lane] = R::of(setup.thickness);
+        if let Some(strained) = &mut self.strained {
+            strained.known.0[lane] = R::of(0.0);
+        }
     }
 
-    /// Takes how far a point is elastic ([`SectionLaw::elastic_limit`]) \[Pa\].
+    /// Takes how far a point is elastic ([`crate::section::SectionLaw::elastic_limit`]) \[Pa\].
     pub(super) fn watch(&mut self, lane: usize, limit: Option<f64>) {
         let most = f64::from(f32::MAX);
         self.limit.0[lane] = R::of(limit.unwrap_or(most).min(most));
@@ -140,8 +134,13 @@ impl<R: Real> PointSlot<R> {
         let zero = V::<S, R>::splat(simd, R::of(0.0));
         let t = load(simd, &self.thickness, lane);
         let (mut s, mut c) = (elastic.stress::<S>(membrane), elastic.stress::<S>(bending));
-        let cubed = t * t * t * R::of(1.0 / 12.0);
-        let whole = [three(|k| s[k] * t), three(|k| c[k] * cubed)];
+        let whole = match &elastic.soft {
+            Some(soft) => soft.borne(simd, elastic, [membrane, bending], t),
+            None => {
+                let cubed = t * t * t * R::of(1.0 / 12.0);
+                [three(|k| s[k] * t), three(|k| c[k] * cubed)]
+            }
+        };
         let [mut n, mut m] = whole;
         if let Some(flowed) = &self.flowed {
             let ds = elastic.stress::<S>(&take(simd, &flowed.strain[0], lane));
@@ -153,7 +152,7 @@ impl<R: Real> PointSlot<R> {
             }
         }
         // The greatest stress, or the greatest change of one, is on one of the two faces.
-        let (limit, outer) = (load(simd, &self.limit, lane), t * R::of(0.5));
+        let (limit, outer) = (load(simd, &self.limit, lane), t * elastic.outer());
         let mut calm = limit.simd_gt(zero);
         for side in [outer, zero - outer] {
             let [s11, s22, s12] = three(|k| s[k] + c[k] * side);

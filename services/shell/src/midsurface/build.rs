@@ -96,7 +96,7 @@ fn cell_table(
             points.push(TablePoint::new(wx * wy * area, &any));
         }
     }
-    (CellTable { extent: [u.length, v.length], points }, any)
+    (CellTable { extent: [u.length, v.length], points, corners: Vec::new() }, any)
 }
 
 /// Links of a lattice of points to their up to eight neighbours. Points are counted cell by cell.

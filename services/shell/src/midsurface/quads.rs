@@ -19,6 +19,10 @@ const FITS: usize = 2000;
 /// How far a cell may miss a middle, over the length of its side.
 const MISS: f64 = 1e-10;
 
+/// How far inside of a cell its corners are taken: no number of divisions reaches the very corner
+/// where other than four cells meet.
+const INWARD: f64 = 1e-6;
+
 /// Point of a cell at each corner of its quadrilateral.
 const AT_CORNER: [u32; 4] = [0, 1, 3, 2];
 
@@ -134,7 +138,9 @@ fn cell_table(corners: [usize; 4]) -> CellTable {
             points.push(TablePoint { weight: wx * wy, value, derivatives });
         }
     }
-    CellTable { extent: [1.0; 2], points }
+    let halves = [INWARD, 0.5, 1.0 - INWARD];
+    let corners = halves.iter().flat_map(|&y| halves.map(|x| faces.at([x, y]).value)).collect();
+    CellTable { extent: [1.0; 2], points, corners }
 }
 
 /// Control points whose cells have the middles of the quadrilaterals: c += x − middle(c).

@@ -15,23 +15,23 @@ pub struct CrackLine {
     /// Sign of κ_nn at onset: the side of the thickness that opened first.
     pub side: f64,
     /// How it softens under the stress of the worst station.
-    worst: CrackSoftening,
+    pub(crate) worst: CrackSoftening,
     /// How it softens under the mean stress, so that what opens it costs no more than G_f.
-    mean: CrackSoftening,
+    pub(crate) mean: CrackSoftening,
 }
 
 /// c = (1 + H)(1 − σ_f/σ̄) of a crack.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct CrackSoftening {
+pub(crate) struct CrackSoftening {
     /// H \[1\].
-    hardness: f64,
+    pub(crate) hardness: f64,
     /// σ_f \[Pa\].
-    strength: f64,
+    pub(crate) strength: f64,
 }
 
 impl CrackSoftening {
     /// c under σ̄ \[Pa\].
-    fn damage(&self, stress: f64) -> f64 {
+    pub(super) fn damage(&self, stress: f64) -> f64 {
         (1.0 + self.hardness) * (1.0 - self.strength / stress)
     }
 }
@@ -61,10 +61,12 @@ pub struct PointState {
     pub area: f64,
     /// What has flowed at each station; empty where nothing has.
     pub flow: Vec<StationFlow>,
+    /// Of a soft wall: the strain at which it healed behind a cut, from where it is whole.
+    pub set: Option<SurfaceStrain>,
     /// How far its stations were from yielding when they were last looked at \[Pa\].
     pub(super) slack: f64,
     /// Strain of the last step in which it was not simply elastic, nor far from yielding.
-    pub(super) last: Option<SurfaceStrain>,
+    pub(crate) last: Option<SurfaceStrain>,
 }
 
 impl PointState {
@@ -73,6 +75,7 @@ impl PointState {
     pub fn new(flaw: f64, spread: [f64; 3], thickness: f64, area: f64) -> Self {
         let (damage, crack, dead, crossed, crumbles) = (0.0, None, false, false, false);
         let (tip, flow, slack, last) = (f64::INFINITY, Vec::new(), 0.0, None);
+        let set = None;
         Self {
             damage,
             crack,
@@ -85,6 +88,7 @@ impl PointState {
             thickness,
             area,
             flow,
+            set,
             slack,
             last,
         }
@@ -193,6 +197,9 @@ impl SectionLaw {
         strain: &SurfaceStrain,
         tally: &mut SectionTally,
     ) -> Resultants {
+        if let Some(soft) = &self.soft {
+            return self.tear(soft, state, strain, tally);
+        }
         if let Some(hardening) = &self.hardening {
             return self.flow(hardening, state, strain, tally);
         }
@@ -318,6 +325,9 @@ impl SectionLaw {
     /// Resultants of a state.
     #[must_use]
     pub fn borne(&self, state: &PointState, strain: &SurfaceStrain) -> Resultants {
+        if let Some(soft) = &self.soft {
+            return self.soft_borne(soft, state, strain);
+        }
         let mut borne = Resultants::default();
         if state.dead {
             return borne;
@@ -340,6 +350,9 @@ impl SectionLaw {
     /// Elastic energy of a point over its area \[J/m²\].
     #[must_use]
     pub fn energy(&self, state: &PointState, strain: &SurfaceStrain) -> f64 {
+        if let Some(soft) = &self.soft {
+            return self.soft_energy(soft, state, strain);
+        }
         if state.dead {
             return 0.0;
         }

@@ -109,7 +109,7 @@ impl ShellPlan {
                 "2V/A is {ratio:.2} of the square root of half its surface A; a \
                                 thin wall has at most {SLENDER}"
             );
-            return Err(neither(&flat, &lack));
+            return Err(neither("shell", &flat, &lack));
         }
         let bent = (BENT * (t * 0.5 * extent).sqrt()).min((area / FEWEST).sqrt());
         let size = WallSize { thickness: t, least: extent, bent, area };
@@ -127,13 +127,18 @@ pub(super) fn wall_surface(
     spacing: f64,
 ) -> Result<QuadSurface, Refusal> {
     let wall = WallSurface::of_solid(&problem.solid, spacing);
-    let wall = wall.map_err(|lack| neither(flat, &lack))?;
-    QuadSurface::of_wall(&wall, spacing, problem.seed).map_err(|lack| neither(flat, &lack))
+    let wall = wall.map_err(|lack| neither("shell", flat, &lack))?;
+    QuadSurface::of_wall(&wall, spacing, problem.seed).map_err(|lack| neither("shell", flat, &lack))
 }
 
-fn neither(flat: &NotPlate, lack: &dyn std::fmt::Display) -> Refusal {
+/// That a body is neither a plate nor a wall, to the family `solver`.
+pub(crate) fn neither(
+    solver: &'static str,
+    flat: &dyn std::fmt::Display,
+    lack: &dyn std::fmt::Display,
+) -> Refusal {
     let lack = format!("it is no flat plate ({flat}) and no curved wall ({lack})");
-    Refusal::Unfit { solver: "shell", lack }
+    Refusal::Unfit { solver, lack }
 }
 
 /// Size of a cell \[m\].
