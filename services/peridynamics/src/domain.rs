@@ -1,8 +1,9 @@
 //! A body of points and bonds, and its steps in time.
 
-mod contact;
+pub(crate) mod contact;
 mod damping;
-mod limits;
+pub(crate) mod limits;
+mod parts;
 mod strain;
 mod sums;
 
@@ -13,6 +14,7 @@ use cullet_geometry::Vec3;
 use cullet_simd::{LANES, Lanes, PackedRecord, SimdLevel, WINDOW};
 pub use limits::StrainLimit;
 use nalgebra::Rotation3;
+use parts::MovingParts;
 use rayon::prelude::*;
 pub use strain::BondTally;
 pub use sums::BodySum;
@@ -43,26 +45,31 @@ pub struct PeridynamicDomain {
     pub own: usize,
     /// Instructions of the processor that it is worked out with.
     pub level: SimdLevel,
+    /// Of dashpots on each point in the last step \[N\]; empty where there are none.
+    pub(crate) drags: Vec<Vec3>,
     /// δ \[m\].
-    horizon: f64,
+    pub(crate) horizon: f64,
     /// Mean of `volumes` \[m³\].
     mean_volume: f64,
     /// Places at rest, about their mean \[m\].
-    reference: Vec<Vec3>,
+    pub(crate) reference: Vec<Vec3>,
     /// Greatest sum over a point's bonds of both ends' wV/l₀², over its own V \[1/m²\].
     steepest: f64,
     /// What points that touch hold \[J\].
     contact: f64,
     /// How the body is turned.
     turn: Rotation3<f64>,
+    /// Points that move as a whole of their own: displacements are counted from each. Empty where
+    /// the body is one.
+    parts: MovingParts,
     /// Σw of each point over the mean volume, as the kernel sums it up \[1\].
     totals: Vec<f32>,
     /// What the kernel reads of each point, and a window of none behind them.
     records: Vec<PackedRecord>,
     /// k of each bond; empty while all are whole and nothing may break \[1\].
-    left: Vec<Lanes<f32>>,
+    pub(crate) left: Vec<Lanes<f32>>,
     /// e_p of each bond, then the other end's; empty where nothing may flow \[1\].
-    flowed: [Vec<Lanes<f32>>; 2],
+    pub(crate) flowed: [Vec<Lanes<f32>>; 2],
     /// Strength of each point over that of the law; empty where all have that \[1\].
     strengths: Vec<f32>,
 }
@@ -132,6 +139,8 @@ impl PeridynamicDomain {
             contact: 0.0,
             reference: about.iter().map(|x| x - mean).collect(),
             turn: Rotation3::identity(),
+            parts: MovingParts::default(),
+            drags: Vec::new(),
             totals: (0..points).map(|p| bonds.total(p)).collect(),
             records,
             left: Vec::new(),
@@ -158,7 +167,7 @@ impl PeridynamicDomain {
     }
 
     /// Mean of Σwl₀ \[m\].
-    fn reach(&self) -> f64 {
+    pub(crate) fn reach(&self) -> f64 {
         let of = |p: usize| {
             let bonds = self.bonds.of(p);
             let sum: f64 =
@@ -203,7 +212,7 @@ impl PeridynamicDomain {
     }
 
     /// Makes the lists that bonds which break or flow need.
-    fn make_room(&mut self, breaks: bool, flows: bool) {
+    pub(crate) fn make_room(&mut self, breaks: bool, flows: bool) {
         let groups = self.bonds.ends.len();
         if breaks && self.left.is_empty() {
             self.left = vec![Lanes([1.0; LANES]); groups];

@@ -27,7 +27,8 @@
 //! [`specimen`] puts benchmark specimens as points and bonds.
 //!
 //! [`solver`] is the family: rigid strikers and supports press on a body, which is dented, or falls
-//! into the parts that bonds still hold together.
+//! into the parts that bonds still hold together. [`soft`] is the family of soft solids, which move
+//! for as long as a scene lasts.
 
 pub mod anisotropy;
 pub mod bonds;
@@ -35,10 +36,12 @@ pub mod domain;
 mod frame;
 mod kernel;
 pub mod law;
+pub mod soft;
 pub mod solver;
 pub mod specimen;
 
 pub use bonds::BondGraph;
 pub use domain::PeridynamicDomain;
 pub use law::PeridynamicLaw;
+pub use soft::SoftSolidWindow;
 pub use solver::Peridynamics;

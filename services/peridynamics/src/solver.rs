@@ -5,7 +5,7 @@ mod body;
 mod components;
 mod parts;
 mod report;
-mod setup;
+pub(crate) mod setup;
 mod shape;
 #[cfg(test)]
 mod tests;

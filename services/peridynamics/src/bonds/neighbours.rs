@@ -4,6 +4,19 @@ use cullet_geometry::Vec3;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+/// Points in rows four spacings \[m\] wide, so that those which are near each other are near in the
+/// list.
+pub(crate) fn in_rows(points: &[Vec3], spacing: f64) -> Vec<Vec3> {
+    let row = |x: &Vec3| [x.z, x.y].map(|c| (c / (4.0 * spacing)).floor() as i64);
+    let mut ordered: Vec<([i64; 2], usize)> =
+        points.iter().enumerate().map(|(k, x)| (row(x), k)).collect();
+    ordered.sort_by(|a, b| {
+        let along = |k: usize| points[k].x;
+        a.0.cmp(&b.0).then(along(a.1).total_cmp(&along(b.1))).then(a.1.cmp(&b.1))
+    });
+    ordered.into_iter().map(|(_, k)| points[k]).collect()
+}
+
 /// Points sorted by the cell of a grid they are in; a cell is as wide as the horizon.
 pub(crate) struct CellOrder<'a> {
     places: &'a [Vec3],

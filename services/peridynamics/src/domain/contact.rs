@@ -8,23 +8,23 @@ use rayon::prelude::*;
 
 /// Share of the spacing, and of a broken bond's length at rest, within which points push each other
 /// apart, so that none does when a bond has just broken (Silling and Askari 2005).
-const REACH: f64 = 0.9;
+pub(crate) const REACH: f64 = 0.9;
 
 /// Stiffness over KΔx: about what the bonds bore that are gone.
-const STIFFNESS: f64 = 0.5;
+pub(crate) const STIFFNESS: f64 = 0.5;
 
 /// Share of a pair's relative speed across their line that friction takes in a step at most.
 const MOST_SLOWED: f64 = 0.25;
 
 /// What contact does to a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct ContactPush {
+pub(crate) struct ContactPush {
     /// \[N\].
-    force: Vec3,
+    pub(crate) force: Vec3,
     /// Its half of the energy that pairs hold \[J\].
-    held: f64,
+    pub(crate) held: f64,
     /// Its half of what friction takes \[J\].
-    friction: f64,
+    pub(crate) friction: f64,
 }
 
 impl PeridynamicDomain {
@@ -57,7 +57,7 @@ impl PeridynamicDomain {
 
     /// Adds what the second of two points does to the first. All but signs is the same for the
     /// other, so that momentum is kept.
-    fn pushed(
+    pub(crate) fn pushed(
         &self,
         mut sum: ContactPush,
         [p, q]: [usize; 2],

@@ -1,7 +1,7 @@
 //! Damping: dashpots of bonds, and the air.
 
 use super::PeridynamicDomain;
-use crate::frame::CorotatedFrame;
+use super::parts::PartFrames;
 use crate::kernel::DashpotPass;
 use cullet_geometry::Vec3;
 use cullet_simd::PackedRecord;
@@ -19,13 +19,14 @@ impl PeridynamicDomain {
     ///
     /// η is such that no mode has more than the share of critical damping that the law says. The
     /// forces are not scaled and turned yet.
-    pub(super) fn drag(&mut self, frame: &CorotatedFrame, dt: f64) -> f64 {
+    pub(super) fn drag(&mut self, frames: &PartFrames<'_>, dt: f64) -> f64 {
         let viscosity = 2.0 * self.law.damping.bonds * self.law.stiffness() / self.fastest();
-        let (back, points) = (frame.turn.inverse(), self.places.len());
+        let points = self.places.len();
         let mean = self.velocities.iter().sum::<Vec3>() / points as f64;
         let mut velocities = vec![PackedRecord::default(); self.records.len()];
         velocities[..points].par_iter_mut().enumerate().for_each(|(p, record)| {
             if !self.is_debris(p) {
+                let back = frames.of(p).turn.inverse();
                 let v = back * (self.velocities[p] - mean) / self.horizon;
                 record.0[..3].copy_from_slice(&[v.x as f32, v.y as f32, v.z as f32]);
             }
@@ -43,8 +44,10 @@ impl PeridynamicDomain {
             .map(|p| dispatch!(level, simd => pass.point(simd, p)))
             .collect();
         let mut power = 0.0;
+        self.drags.clear();
         for (force, (more, taken)) in self.forces.iter_mut().zip(found) {
             *force += more;
+            self.drags.push(more);
             power += f64::from(taken);
         }
         power * self.mean_volume * dt

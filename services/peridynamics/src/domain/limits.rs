@@ -7,7 +7,7 @@ use thiserror::Error;
 
 /// Most change of volume that no pressure explains, most equivalent plastic strain, and least J of
 /// a point: beyond these, bonds have lost modes of shear.
-const MOST_DRIFT: f64 = 0.02;
+pub(crate) const MOST_DRIFT: f64 = 0.02;
 const MOST_PLASTIC: f64 = 0.3;
 const LEAST_JACOBIAN: f64 = 0.2;
 
@@ -113,13 +113,27 @@ impl PeridynamicDomain {
             return Err(StrainLimit::NoNumber { point });
         }
         self.check_flow()?;
+        let found = self.volume_change();
+        if let Some((point, jacobian)) = found.first_crushed {
+            return Err(StrainLimit::Crushed { point, jacobian });
+        }
+        match found.drift.abs() > MOST_DRIFT {
+            true => Err(StrainLimit::Volume { drift: found.drift }),
+            false => Ok(()),
+        }
+    }
+
+    /// How its volume has changed. It takes about as long as a step.
+    pub(crate) fn volume_change(&self) -> VolumeChange {
         let of = |p: usize| self.gradient(p).map(|f| f.determinant());
         let found: Vec<Option<f64>> = (0..self.places.len()).into_par_iter().map(of).collect();
-        let (mut drift, mut volume) = (0.0, 0.0);
+        let (mut drift, mut volume, mut crushed) = (0.0, 0.0, 0.0);
+        let mut first_crushed = None;
         for (point, jacobian) in found.into_iter().enumerate() {
             let Some(jacobian) = jacobian else { continue };
             if jacobian < LEAST_JACOBIAN {
-                return Err(StrainLimit::Crushed { point, jacobian });
+                crushed += self.volumes[point];
+                first_crushed = first_crushed.or(Some((point, jacobian)));
             }
             // What has lost bonds has opened, and not flowed.
             if self.states[point].damage > 0.0 {
@@ -130,9 +144,22 @@ impl PeridynamicDomain {
             drift += self.volumes[point] * (jacobian / elastic - 1.0);
             volume += self.volumes[point];
         }
-        match drift.abs() > MOST_DRIFT * volume {
-            true => Err(StrainLimit::Volume { drift: drift / volume }),
-            false => Ok(()),
+        let crushed = crushed / self.volumes.iter().sum::<f64>();
+        VolumeChange {
+            drift: if volume > 0.0 { drift / volume } else { 0.0 },
+            crushed,
+            first_crushed,
         }
     }
+}
+
+/// How the volume of a body has changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct VolumeChange {
+    /// Σ(J/J_e)V/ΣV − 1 of points whose bonds are whole \[1\].
+    pub(crate) drift: f64,
+    /// Share of the body that has less than a fifth of its volume \[1\].
+    pub(crate) crushed: f64,
+    /// The first point of that, and its J.
+    pub(crate) first_crushed: Option<(usize, f64)>,
 }

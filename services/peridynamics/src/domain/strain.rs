@@ -1,5 +1,6 @@
 //! Both passes over the bonds of a body.
 
+use super::parts::{MovingParts, PartFrames};
 use super::{MaterialPoint, PeridynamicDomain};
 use crate::bonds::BondSlot;
 use crate::frame::CorotatedFrame;
@@ -7,6 +8,7 @@ use crate::kernel::{PullBlock, PullModuli, PullPass, StretchPass};
 use cullet_geometry::Vec3;
 use cullet_simd::Lanes;
 use fearless_simd::{Simd, dispatch};
+use nalgebra::Rotation3;
 use rayon::prelude::*;
 
 /// Points whose bonds are looked at together.
@@ -62,29 +64,49 @@ impl BondTally {
 }
 
 impl PeridynamicDomain {
+    /// Says which points move together, by equal labels: displacements of each part are counted
+    /// from where that part is, so that parts may fly far from each other. No bond may be left
+    /// between two of them.
+    pub(crate) fn move_apart(&mut self, labels: &[u32]) {
+        self.parts = MovingParts::new(labels);
+    }
+
+    /// How the part of each point is turned.
+    pub(crate) fn turns(&self) -> Vec<Rotation3<f64>> {
+        let frames = self.parts.frames(&self.places, &self.reference);
+        (0..self.places.len()).map(|p| frames.of(p).turn).collect()
+    }
+
     /// Softens and strains the bonds, lets points flow, and finds the forces.
     pub fn strain(&mut self) -> BondTally {
         self.strain_after(0.0)
     }
 
     /// The same after a step of `dt` \[s\] with the velocities as they are.
-    pub(super) fn strain_after(&mut self, dt: f64) -> BondTally {
+    pub(crate) fn strain_after(&mut self, dt: f64) -> BondTally {
         let law = &self.law;
         let breaks = law.breaking.is_some() || law.ductile.is_some();
         self.make_room(breaks, law.hardening.is_some());
-        let frame = self.frame();
-        self.turn = frame.turn;
-        self.pack(&frame);
+        let parts = std::mem::take(&mut self.parts);
+        let frames = match parts.is_empty() {
+            true => PartFrames::one(self.frame()),
+            false => parts.frames(&self.places, &self.reference),
+        };
+        self.turn = frames.of(0).turn;
+        self.pack(&frames);
         let mut responses = vec![[0.0; 2]; self.places.len()];
         let mut tally = self.stretch(dt, &mut responses);
         let both = self.records.par_iter_mut().zip(&responses);
         both.for_each(|(record, response)| [record.0[3], record.0[7]] = *response);
         self.pull();
         if self.law.damping.bonds > 0.0 {
-            tally.damped = self.drag(&frame, dt);
+            tally.damped = self.drag(&frames, dt);
         }
         let scale = self.mean_volume / self.horizon;
-        self.forces.par_iter_mut().for_each(|force| *force = frame.turn * (*force * scale));
+        let turned = |(p, force): (usize, &mut Vec3)| *force = frames.of(p).turn * (*force * scale);
+        self.forces.par_iter_mut().enumerate().for_each(turned);
+        self.drags.par_iter_mut().enumerate().for_each(turned);
+        self.parts = parts;
         if let Some(contact) = self.law.contact {
             tally.friction = self.push_apart(&contact, dt);
         }
@@ -104,11 +126,12 @@ impl PeridynamicDomain {
 
     /// Writes displacements and damage to the records; debris stays where it was, however far it
     /// flies.
-    fn pack(&mut self, frame: &CorotatedFrame) {
-        let (back, horizon) = (frame.turn.inverse(), self.horizon);
-        let points = self.places.par_iter().zip(&self.reference).zip(&self.states);
-        self.records.par_iter_mut().zip(points).for_each(|(record, ((x, at), state))| {
-            let moved = (back * (x - frame.centre) - at) / horizon;
+    fn pack(&mut self, frames: &PartFrames<'_>) {
+        let horizon = self.horizon;
+        let points = self.places.par_iter().zip(&self.reference).zip(&self.states).enumerate();
+        self.records.par_iter_mut().zip(points).for_each(|(record, (p, ((x, at), state)))| {
+            let frame = frames.of(p);
+            let moved = (frame.turn.inverse() * (x - frame.centre) - at) / horizon;
             for (packed, u) in record.0[4..7].iter_mut().zip(moved.iter()) {
                 *packed = if u.abs() < STILL || state.damage >= 1.0 { 0.0 } else { *u as f32 };
             }

@@ -3,6 +3,7 @@
 use super::PeridynamicDomain;
 use crate::bonds::BondSlot;
 use cullet_geometry::{Mat3, Vec3};
+use rayon::prelude::*;
 
 /// Sums over a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,6 +47,36 @@ impl PeridynamicDomain {
         sum
     }
 
+    /// Elastic energy of the body at its places as they are now, in f64 \[J\]: bonds have softened
+    /// and flowed as in the last step.
+    pub(crate) fn elastic_now(&self) -> f64 {
+        self.elastic_of(|_| true)
+    }
+
+    /// The same of some points.
+    pub(crate) fn elastic_of(&self, counts: impl Fn(usize) -> bool + Sync) -> f64 {
+        let of = |p: usize| {
+            if !counts(p) {
+                return 0.0;
+            }
+            let (mut whole, mut first, mut second) = (0.0, 0.0, 0.0);
+            for bond in self.bonds.of(p) {
+                let weight = self.weight(p, bond) * self.left(bond);
+                let x = self.elastic_extension(p, bond, self.places[bond.end] - self.places[p]);
+                whole += weight;
+                first += weight * x;
+                second += weight * x * x;
+            }
+            if whole <= 0.0 {
+                return 0.0;
+            }
+            let mean = first / whole;
+            self.volumes[p] * self.law.energy(whole, mean, second - first * mean)
+        };
+        let energies: Vec<f64> = (0..self.own).into_par_iter().map(of).collect();
+        energies.iter().sum()
+    }
+
     /// Whether a point has no bond left: it flies on by itself.
     #[must_use]
     pub fn is_debris(&self, point: usize) -> bool {
@@ -67,7 +98,7 @@ impl PeridynamicDomain {
     }
 
     /// w of a bond \[1\].
-    pub(super) fn weight(&self, point: usize, bond: BondSlot) -> f64 {
+    pub(crate) fn weight(&self, point: usize, bond: BondSlot) -> f64 {
         f64::from(bond.of(&self.bonds.weights)) / f64::from(self.totals[point])
     }
 

@@ -4,6 +4,7 @@ use super::body::PressedDomain;
 use super::{BondRecord, BondSetup, Peridynamics};
 use crate::PeridynamicDomain;
 use crate::anisotropy::{BondAnisotropy, isotropic};
+use crate::bonds::neighbours::in_rows;
 use crate::bonds::{BOND_BYTES, BondError};
 use crate::law::{BondBreaking, PartedContact, PeridynamicDamping, PeridynamicLaw};
 use cullet_fragment::kinetic_damping::KineticDamping;
@@ -63,7 +64,7 @@ fn transit(problem: &BrittleProblem) -> f64 {
 }
 
 /// The law of the bonds.
-fn law(material: &Material, bonds: &BondedSolid) -> PeridynamicLaw {
+pub(crate) fn law(material: &Material, bonds: &BondedSolid) -> PeridynamicLaw {
     let breaking = bonds
         .breaks
         .then_some(BondBreaking { fracture_energy: material.fracture_energy, dust: bonds.dust });
@@ -151,14 +152,7 @@ fn sample_points(problem: &BrittleProblem, spacing: f64) -> Result<Vec<Vec3>, Re
         let limit = sample::MAX_CANDIDATES;
         Refusal::TooLarge { what: "the number of points in the body's box", value, limit }
     })?;
-    let row = |x: &Vec3| [x.z, x.y].map(|c| (c / (4.0 * spacing)).floor() as i64);
-    let mut ordered: Vec<([i64; 2], usize)> =
-        points.iter().enumerate().map(|(k, x)| (row(x), k)).collect();
-    ordered.sort_by(|a, b| {
-        let along = |k: usize| points[k].x;
-        a.0.cmp(&b.0).then(along(a.1).total_cmp(&along(b.1))).then(a.1.cmp(&b.1))
-    });
-    Ok(ordered.into_iter().map(|(_, k)| points[k]).collect())
+    Ok(in_rows(&points, spacing))
 }
 
 /// All points: those at the surface, and those that come to lie at it where it breaks.
