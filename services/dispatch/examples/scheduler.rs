@@ -127,7 +127,7 @@ fn measure(workers: u64, jobs: u64) {
     }
     for k in 0..jobs {
         let (run, need, prior) = (Run(k % RUNS), Skills::NONE, Prior::Nothing);
-        load.step(Event::Open { run, job: job(k), need, prior });
+        load.step(Event::Open { run, job: job(k), need, after: None, prior });
     }
     for worker in 0..workers {
         load.ask(worker, true);

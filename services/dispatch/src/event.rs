@@ -155,6 +155,9 @@ pub enum Event {
         job: Job,
         /// What it asks of a worker; of a job that is open, what it asked first.
         need: Skills,
+        /// The job whose result it starts from, if there is one: the worker that found that result
+        /// has it already, and is preferred if its question is parked. Nobody waits for it.
+        after: Option<Job>,
         /// What is known of it before anybody is asked.
         prior: Prior,
     },

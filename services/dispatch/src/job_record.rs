@@ -35,6 +35,8 @@ pub(crate) struct JobRecord {
     pub(crate) leases: Leases,
     /// The grant that ran silent last, which a late renewal may take up again.
     pub(crate) lapsed: Option<Box<Lease>>,
+    /// Who found the result that it starts from.
+    pub(crate) maker: Option<Worker>,
     /// To whom it was granted last.
     pub(crate) last: Option<Worker>,
     pub(crate) attempts: u32,

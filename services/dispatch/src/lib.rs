@@ -39,6 +39,9 @@
 //! - a job does not go back to a worker under which it died while another that can do it is
 //!   there, busy or not: it waits for that one, and others pass it. When the last such one is
 //!   gone, it goes to whoever is there;
+//! - a job that starts from the result of another goes to the worker that found that result, which
+//!   has it already, if that one's question is parked and it may have the job. Nobody waits for
+//!   it: the preference says who gets a job, not which job is next;
 //! - a worker gets no more if jobs died under it that others finished; or that died under it and
 //!   nowhere else, one after another, and that nobody else has been free to try for a lease. A job
 //!   that dies elsewhere too is no longer held against it, and the last worker that can do what it

@@ -9,7 +9,7 @@ use crate::leases::Stage;
 use crate::loss::{expire_leases, fail_attempt, lose_worker, watch_cancel};
 #[cfg(test)]
 use crate::mutant::Mutant;
-use crate::opening::{apply_prior, open};
+use crate::opening::{apply_prior, open, prefer_maker};
 use crate::poll::{answer_poll, grant, hedge};
 use crate::renewal::{advance_stage, renew};
 use crate::settle::{cancel_run, settle_run};
@@ -106,9 +106,10 @@ impl Dispatch {
         let mut out = Vec::new();
         match event {
             Event::Begin { run, share } => pool.shares.begin(now, run, share),
-            Event::Open { run, job, need, prior } => match pool.room(run) {
+            Event::Open { run, job, need, after, prior } => match pool.room(run) {
                 Ok(()) => {
                     open(pool, now, run, (job, need), &mut out);
+                    prefer_maker(pool, job, after);
                     apply_prior(pool, now, job, prior, &mut out);
                     adopt(pool, now, job, &mut out);
                 }

@@ -70,6 +70,10 @@ pub(crate) enum Mutant {
     InheritedKept,
     /// A run that does not want a job any more ends it for a claimant, too.
     ClaimantPassedOver,
+    /// A job goes to whoever has waited longest, whoever found what it starts from.
+    MakerPassedOver,
+    /// A job goes to nobody but the worker that found what it starts from.
+    MakerAwaited,
 }
 
 impl Mutant {

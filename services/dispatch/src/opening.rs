@@ -42,6 +42,15 @@ pub(crate) fn open(
     pool.dirty.push(run);
 }
 
+/// The job starts from the result of another: whoever found that has it already. Of a job that is
+/// open, the first known maker stays.
+pub(crate) fn prefer_maker(pool: &mut PoolState, job: Job, after: Option<Job>) {
+    let maker = after.and_then(|after| pool.maker_of(after));
+    if let Some(record) = pool.jobs.get_mut(&job) {
+        record.maker = record.maker.or(maker);
+    }
+}
+
 /// Acts on what is known of a job before anybody is asked.
 pub(crate) fn apply_prior(
     pool: &mut PoolState,
@@ -70,6 +79,7 @@ pub(crate) fn admit(
         phase: Phase::Waiting(now),
         leases: Leases::default(),
         lapsed: None,
+        maker: None,
         last: None,
         attempts: 0,
         crashes: 0,

@@ -20,10 +20,16 @@ impl PastVerdicts {
         self.verdicts.get(job).copied()
     }
 
-    /// A cancellation does not overwrite a result.
+    /// A cancellation does not overwrite a result; nor does the same result from a cache, which
+    /// does not say who found it.
     pub(crate) fn remember(&mut self, job: Job, verdict: Verdict) {
-        if verdict == Verdict::Cancelled && self.verdicts.get(&job).is_some() {
-            return;
+        match (self.get(&job), verdict) {
+            (Some(_), Verdict::Cancelled) => return,
+            (
+                Some(Verdict::Done { digest: known, worker: Some(_), .. }),
+                Verdict::Done { digest, worker: None, .. },
+            ) if known == digest => return,
+            _ => {}
         }
         if self.verdicts.insert(job, verdict).is_none() {
             self.order.push_back(job);

@@ -104,7 +104,8 @@ pub(crate) fn repeat(
     });
 }
 
-/// Gives the jobs whose turn it is to the workers that have waited longest.
+/// Gives the jobs whose turn it is to the workers that have waited longest, or made what a job
+/// starts from.
 pub(crate) fn grant(pool: &mut PoolState, now: Millis, out: &mut Vec<Effect>) {
     let age = pool.timing.age;
     #[cfg(test)]
@@ -132,14 +133,29 @@ pub(crate) fn grant(pool: &mut PoolState, now: Millis, out: &mut Vec<Effect>) {
     }
 }
 
-/// Whom this job goes to, of those that wait.
+/// Whom this job goes to, of those that wait: who found the result that it starts from, if that one
+/// waits and may have it.
 pub(crate) fn asker_for(pool: &PoolState, job: Job) -> Option<Ticket> {
     #[cfg(test)]
     if pool.is(Mutant::AnybodyWill) {
         return pool.parked.overdue(Millis::MAX);
     }
     let record = pool.jobs.get(&job)?;
-    asker(&pool.parked, &pool.worker_table, &record.ask, pool.avoids_killers())
+    let maker = record.maker.and_then(|maker| maker_asking(&pool.worker_table, maker, &record.ask));
+    #[cfg(test)]
+    let maker = maker.filter(|_| !pool.is(Mutant::MakerPassedOver));
+    #[cfg(test)]
+    if pool.is(Mutant::MakerAwaited) && record.maker.is_some() {
+        return maker;
+    }
+    maker.or_else(|| asker(&pool.parked, &pool.worker_table, &record.ask, pool.avoids_killers()))
+}
+
+/// The question of the worker that found what a job starts from, if it waits and the worker may
+/// have the job.
+fn maker_asking(worker_table: &WorkerTable, maker: Worker, ask: &Ask) -> Option<Ticket> {
+    let state = worker_table.get(&maker).filter(|state| !state.drained)?;
+    state.parked.filter(|_| state.skills.meet(ask.need) && !ask.killers.contains(&maker))
 }
 
 /// Answers a parked worker's poll with a job.

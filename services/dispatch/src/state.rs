@@ -85,6 +85,19 @@ impl PoolState {
         self.jobs.get(&job).is_some() || self.past.get(&job).is_some()
     }
 
+    /// Who found the result of a job, if a worker did and it was not long ago.
+    pub(crate) fn maker_of(&self, job: Job) -> Option<Worker> {
+        let maker = |verdict| match verdict {
+            Verdict::Done { worker, .. } => worker,
+            Verdict::Abandoned(_) | Verdict::Cancelled => None,
+        };
+        let open = self.jobs.get(&job).and_then(|record| match record.phase {
+            Phase::Over(verdict) => maker(verdict),
+            Phase::Waiting(_) | Phase::Ready | Phase::Held => None,
+        });
+        open.or_else(|| self.past.get(&job).and_then(maker))
+    }
+
     /// Whether a run may open one more, or which bound is reached.
     ///
     /// # Errors

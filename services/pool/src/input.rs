@@ -54,5 +54,11 @@ pub(super) struct Listener {
     pub(super) needs: BTreeSet<Skills>,
 }
 
-/// A job that a run wants and what it asks of a worker; or why it cannot be sent.
-pub(super) type Opening = Result<(Parted, Vec<Skill>), String>;
+/// A job that a run wants.
+#[derive(Debug)]
+pub(super) struct Opening {
+    /// The job and what it asks of a worker; or why it cannot be sent.
+    pub(super) content: Result<(Parted, Vec<Skill>), String>,
+    /// The job whose result it starts from.
+    pub(super) after: Option<JobId>,
+}

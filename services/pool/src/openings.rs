@@ -97,7 +97,7 @@ impl Shell {
 
     fn open(&mut self, run: Run, id: JobId, opening: Opening) {
         let job = Job(id.0);
-        let (parted, asks) = match opening {
+        let (parted, asks) = match opening.content {
             Ok((parted, asks)) => (Ok(parted), asks),
             Err(text) => (Err(text), Vec::new()),
         };
@@ -116,7 +116,8 @@ impl Shell {
         if let Some(listener) = self.runs.listeners.get_mut(&run) {
             listener.needs.insert(need);
         }
-        self.step(Event::Open { run, job, need, prior });
+        let after = opening.after.map(|after| Job(after.0));
+        self.step(Event::Open { run, job, need, after, prior });
         if self.kept.at_work.as_ref().is_some_and(|file| file.has(id)) && self.dispatch.wants(job) {
             self.note_at_work(id);
         }

@@ -1,7 +1,7 @@
 //! One run's end of the pool.
 
 use super::attempts::{AttemptNews, Attempted};
-use super::input::{Listener, PoolInput};
+use super::input::{Listener, Opening, PoolInput};
 use super::settlement::Settlement;
 use super::skill_table::{self, Skill};
 use super::stats::RunStats;
@@ -54,32 +54,36 @@ impl RunHandle {
     /// Wants a job done; it settles through [`RunHandle::settled`]. A job over a limit of the wire
     /// settles as abandoned.
     pub fn open(&self, job: &FractureJob) -> JobId {
-        self.want(Parted::of(job), skill_table::asks(job), job)
+        self.want(Parted::of(job), skill_table::asks(job), None, job)
     }
 
     /// As [`RunHandle::open`], for a specimen.
     pub fn open_specimen(&self, job: &SpecimenJob) -> JobId {
-        self.want(Parted::of_specimen(job), Vec::new(), job)
+        self.want(Parted::of_specimen(job), Vec::new(), None, job)
     }
 
-    /// As [`RunHandle::open`], for a window of a body that moves as it deforms.
-    pub fn open_window(&self, job: &WindowJob) -> JobId {
-        self.want(Parted::of_window(job), skill_table::asks_window(job), job)
+    /// As [`RunHandle::open`], for a window of a body that moves as it deforms. `after` is the
+    /// window whose outcome is the state that it begins with: the worker that solved that one has
+    /// the state already, and is preferred if it is free.
+    pub fn open_window(&self, job: &WindowJob, after: Option<JobId>) -> JobId {
+        self.want(Parted::of_window(job), skill_table::asks_window(job), after, job)
     }
 
     fn want(
         &self,
         parted: Result<Parted, WireError>,
         asks: Vec<Skill>,
+        after: Option<JobId>,
         job: &impl std::fmt::Debug,
     ) -> JobId {
-        let (id, opening) = match parted {
+        let (id, content) = match parted {
             Ok(parted) => (parted.id, Ok((parted, asks))),
             Err(error) => {
                 // It has no encoding to be named by; its debug text is as good.
                 (JobId::of(format!("{job:?}").as_bytes()), Err(error.to_string()))
             }
         };
+        let opening = Opening { content, after };
         let _closed = self.inputs.send(PoolInput::Open(self.run, id, opening));
         id
     }

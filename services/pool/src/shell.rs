@@ -349,6 +349,7 @@ impl Shell {
         let stats = PoolStats {
             jobs: RunStats::of(&counts, held, permille),
             workers: self.workers.lives.up.len() as u64,
+            asking: self.waiting.polls() as u64,
             respawned: children.map_or(0, |c| c.respawned),
             alarms: counts.alarms,
             fenced: counts.fenced,

@@ -56,6 +56,8 @@ pub struct PoolStats {
     pub jobs: RunStats,
     /// Workers whose link is up now.
     pub workers: u64,
+    /// Workers whose question for work waits for a job.
+    pub asking: u64,
     /// Worker processes started again after they ended.
     pub respawned: u64,
     /// Results of a pure job that contradicted an earlier one: must be zero.

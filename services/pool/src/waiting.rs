@@ -33,6 +33,11 @@ impl WaitingQuestions {
         }
     }
 
+    /// How many questions for work wait.
+    pub(super) fn polls(&self) -> usize {
+        self.polls.len()
+    }
+
     /// Answers a worker's question for work, if this is the one that waits.
     pub(super) fn answer_poll(&mut self, worker: Worker, seq: u64, answer: PollAnswer) -> bool {
         if self.polls.get(&worker).is_none_or(|(asked, _)| *asked != seq) {

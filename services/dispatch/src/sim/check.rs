@@ -1,6 +1,7 @@
 //! What must hold, whatever the schedule: an account of its own, kept from what the machines hear
 //! and say.
 
+mod chains;
 mod deaths;
 mod ends;
 mod grants;
@@ -62,6 +63,12 @@ pub(super) enum Oracle {
     Drained,
     /// What was at work when the coordinator ended is not begun anew.
     Anew,
+    /// No job of a chain is opened before the one whose result it starts from is done.
+    Chain,
+    /// A job goes to the worker that found what it starts from, if that one waits.
+    Maker,
+    /// No job waits while a worker that can do it does.
+    Idle,
     /// Everything is done in the end.
     Live,
 }
@@ -120,6 +127,8 @@ struct Known {
     holders: BTreeSet<Epoch>,
     /// Who was granted it last.
     last: Option<Worker>,
+    /// Who found what it starts from.
+    maker: Option<Worker>,
 }
 
 #[derive(Default)]
@@ -131,6 +140,8 @@ struct Course {
     truth: BTreeMap<usize, Digest>,
     cancelled: bool,
     paused: bool,
+    /// A job of it was given up, in this life: a chain ends there.
+    ended: bool,
     /// It has had fresh work and no grant since then, and so many went to others when it was due.
     waiting: Option<Millis>,
     overdue: usize,
@@ -148,6 +159,7 @@ pub(super) struct Checker {
     /// Who was drained, in any life.
     drained: BTreeSet<Worker>,
     lives: lives::Lives,
+    chains: chains::Chains,
     jobs: BTreeMap<Job, Known>,
     held: BTreeMap<Epoch, Held>,
     epochs: BTreeMap<Epoch, (Worker, u64, Job)>,
@@ -182,6 +194,7 @@ impl Checker {
             deaths: deaths::Deaths::default(),
             drained: BTreeSet::new(),
             lives: lives::Lives::default(),
+            chains: chains::Chains::default(),
             jobs: BTreeMap::new(),
             held: BTreeMap::new(),
             epochs: BTreeMap::new(),
@@ -207,9 +220,11 @@ impl Checker {
         self.due.clear();
         self.told.clear();
         self.deaths = deaths::Deaths::default();
+        self.chains = chains::Chains::default();
         self.forget_lives();
         for run in &mut self.runs {
-            (run.opened, run.settled, run.waiting, run.paused) = (0, 0, None, false);
+            (run.opened, run.settled, run.waiting) = (0, 0, None);
+            (run.paused, run.ended) = (false, false);
         }
     }
 
@@ -222,11 +237,15 @@ impl Checker {
         self.full
     }
 
-    pub(super) fn open(&mut self, now: Millis, run: usize, job: Job) {
+    pub(super) fn open(&mut self, now: Millis, run: usize, job: Job) -> Result<(), Wrong> {
+        let maker = self.look_for_maker(run)?;
         self.runs[run].opened += 1;
         self.opened_now(job);
-        *self.jobs.entry(job).or_default().wants.entry(run).or_default() += 1;
+        let known = self.jobs.entry(job).or_default();
+        *known.wants.entry(run).or_default() += 1;
+        known.maker = known.maker.or(maker);
         self.look_for_waiting(now);
+        Ok(())
     }
 
     pub(super) fn known(&mut self, job: Job) {
@@ -271,9 +290,10 @@ impl Checker {
     }
 
     pub(super) fn finished(&self) -> bool {
-        self.runs
-            .iter()
-            .all(|run| run.settled == run.opened && (run.cancelled || run.opened == run.jobs.len()))
+        self.runs.iter().zip(&self.plan.runs).all(|(run, script)| {
+            let ended = run.cancelled || script.chain && run.ended;
+            run.settled == run.opened && (ended || run.opened == run.jobs.len())
+        })
     }
 
     pub(super) fn unfinished(&self) -> Wrong {
@@ -347,6 +367,7 @@ impl Checker {
             }
             Event::Poll { worker, seq, .. } => {
                 self.deaths.asks(now, worker, seq);
+                self.questioned(worker, seq);
                 self.asked(worker);
             }
             Event::Fail { job, epoch, .. } => self.returned(job, epoch),
@@ -354,9 +375,11 @@ impl Checker {
             Event::Down(worker) | Event::Bye(worker) => {
                 self.deaths.doubt(worker, true);
                 self.silenced(worker);
+                self.unparked(worker);
             }
             Event::Suspect(worker) => {
                 self.deaths.doubt(worker, false);
+                self.unparked(worker);
                 let held = self.held.values_mut().filter(|held| held.worker == worker && held.now);
                 held.for_each(|held| held.suspect = Some(held.suspect.unwrap_or(now).min(now)));
             }
@@ -371,8 +394,8 @@ impl Checker {
             | Event::Inherit(..)
             | Event::Isolate(_)
             | Event::Pardon(_)
-            | Event::Forsaken
-            | Event::Tick => {}
+            | Event::Forsaken => {}
+            Event::Tick => self.nothing_waits(now)?,
         }
         Ok(())
     }
@@ -382,6 +405,7 @@ impl Checker {
         match effect {
             Effect::Grant { worker, seq, job, epoch, .. } => {
                 self.grant(now, (worker, seq), (job, epoch))?;
+                self.answered(worker, seq);
             }
             Effect::Cancel { epoch, .. } => self.tell(epoch),
             Effect::Taken { worker, receipt: Receipt::Accepted } => {
@@ -395,6 +419,7 @@ impl Checker {
                     return wrong(Oracle::Once, "one job accepted twice");
                 }
                 self.mourned(job);
+                self.found(job, worker);
                 self.over(job, Some(worker));
             }
             Effect::Taken { receipt: Receipt::Unknown, .. } => self.unknown(event)?,
@@ -421,9 +446,12 @@ impl Checker {
                 return wrong(Oracle::Truth, "alarm over equal results");
             }
             Effect::Stall { job, reason, attempts } => self.stall(now, (job, reason, attempts))?,
-            Effect::Drained { worker, cause } => self.sent_away(event, worker, cause)?,
+            Effect::Drained { worker, cause } => {
+                self.unparked(worker);
+                self.sent_away(event, worker, cause)?;
+            }
+            Effect::Idle { worker, seq } => self.answered(worker, seq),
             Effect::Park { .. }
-            | Effect::Idle { .. }
             | Effect::Dismiss { .. }
             | Effect::Stop { .. }
             | Effect::Alarm { .. }

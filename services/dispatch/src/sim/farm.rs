@@ -2,6 +2,7 @@
 
 mod bodies;
 mod disk;
+mod openings;
 
 use super::check::{Checker, Oracle, Wrong};
 use super::plan::{Plan, Rng};
@@ -63,6 +64,8 @@ pub(super) struct Farm {
     machine: Option<Dispatch>,
     disk: Disk,
     paused: BTreeSet<usize>,
+    /// Jobs of each chain that were done in this life of the coordinator.
+    done: Vec<usize>,
     bodies: BTreeMap<Worker, Body>,
     /// The place of each worker that ever was.
     places: BTreeMap<Worker, usize>,
@@ -84,6 +87,7 @@ impl Farm {
             machine: None,
             disk: Disk { opened, ..Disk::default() },
             paused: BTreeSet::new(),
+            done: vec![0; plan.runs.len()],
             bodies: BTreeMap::new(),
             places: BTreeMap::new(),
             check: Checker::new(plan, timing),
@@ -207,38 +211,6 @@ impl Farm {
         self.step(event)
     }
 
-    /// The next opening of a run, and those after it that are due.
-    fn open(&mut self, run: usize) -> Result<(), Wrong> {
-        while self.machine.is_some() && !self.disk.cancelled.contains(&run) {
-            let made = self.check.opened(run);
-            let Some((at, job)) = self.plan.runs[run].jobs.get(made).copied() else {
-                return Ok(());
-            };
-            // What was open before a crash is opened again at once.
-            if at > self.now && made >= self.disk.opened[run] {
-                self.post(at - self.now, Note::Open(run));
-                return Ok(());
-            }
-            let prior = self.disk.prior(job);
-            let event = Event::Open { run: number(run), job, need: self.plan.need(job), prior };
-            if self.check.full(run, self.plan.max_open) {
-                self.step(event)?;
-                self.post(200, Note::Open(run));
-                return Ok(());
-            }
-            self.disk.opened[run] = self.disk.opened[run].max(made + 1);
-            self.check.open(self.now, run, job);
-            if let Some(runs) = self.disk.granted.get_mut(&job) {
-                runs.insert(run);
-            }
-            if prior != Prior::Nothing {
-                self.check.known(job);
-            }
-            self.step(event)?;
-        }
-        Ok(())
-    }
-
     /// The coordinator begins a life, with what its disk holds.
     fn restart(&mut self) -> Result<(), Wrong> {
         if !self.is(Mutant::IncarnationForgotten) {
@@ -248,6 +220,7 @@ impl Farm {
         machine.state.mutant = self.mutant;
         self.machine = Some(machine);
         self.check.life();
+        self.done.fill(0);
         for worker in self.disk.drained.clone() {
             self.step(Event::Bar(worker))?;
         }
@@ -339,6 +312,7 @@ impl Farm {
             Effect::Idle { worker, seq } => (worker, WorkerInput::Idle { seq }),
             Effect::Dismiss { worker, seq } => (worker, WorkerInput::Dismiss { seq }),
             Effect::Cancel { worker, epoch, .. } => (worker, WorkerInput::Stop { epoch }),
+            Effect::Settle { run, verdict, .. } => return self.settled(run, verdict),
             _ => return,
         };
         self.send(worker, Note::Told(worker, heard));

@@ -75,6 +75,8 @@ pub(super) struct Script {
     pub(super) share: Share,
     /// When what is opened.
     pub(super) jobs: Vec<(Millis, Job)>,
+    /// Whether each job starts from the result of the one before, which is done by then.
+    pub(super) chain: bool,
     pub(super) cancel: Option<Millis>,
     pub(super) pause: Option<(Millis, Millis)>,
 }
@@ -156,6 +158,7 @@ impl Plan {
             let drain = |_| (rng.below(12_000), 1 + rng.below(places) as usize);
             plan.drains = (0..3).map(drain).collect();
         }
+        plan.runs.iter_mut().for_each(|run| run.chain = rng.chance(30));
         plan
     }
 
@@ -202,7 +205,8 @@ impl Plan {
             let from = rng.below(4_000);
             (from, from + rng.below(8_000))
         });
-        self.runs.push(Script { share: Share { tenant, priority }, jobs, cancel, pause });
+        let (share, chain) = (Share { tenant, priority }, false);
+        self.runs.push(Script { share, jobs, chain, cancel, pause });
     }
 
     /// Every plan that is a step milder.
@@ -223,6 +227,9 @@ impl Plan {
             }
             let mut less = self.clone();
             (less.runs[run].cancel, less.runs[run].pause) = (None, None);
+            all.push(less);
+            let mut less = self.clone();
+            less.runs[run].chain = false;
             all.push(less);
         }
         for knob in 0..KNOBS {
@@ -251,8 +258,8 @@ impl Plan {
         let mut chaos = self.chaos;
         let knobs = (0..KNOBS).filter(|k| *chaos.knob(*k) > 0).count() as u64;
         let jobs: usize = self.runs.iter().map(|run| run.jobs.len()).sum();
-        let extras = |s: &Script| u64::from(s.cancel.is_some()) + u64::from(s.pause.is_some());
-        let extras: u64 = self.runs.iter().map(extras).sum();
+        let extras = |s: &Script| [s.cancel.is_some(), s.pause.is_some(), s.chain];
+        let extras: u64 = self.runs.iter().flat_map(extras).map(u64::from).sum();
         let kinds = u64::from(self.mixed) + u64::from(self.picky);
         kinds
             + self.bad.len() as u64

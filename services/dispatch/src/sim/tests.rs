@@ -11,7 +11,7 @@ const SCHEDULES: u64 = 20_000;
 const MUTANT_SCHEDULES: u64 = 5_000;
 
 /// Each planted bug, and the oracle that is meant for it.
-const MUTANTS: [(Mutant, Oracle); 33] = [
+const MUTANTS: [(Mutant, Oracle); 35] = [
     (Mutant::SettleAsTheyCome, Oracle::Order),
     (Mutant::PollMintsTwice, Oracle::Poll),
     (Mutant::NoExpiry, Oracle::Live),
@@ -45,6 +45,8 @@ const MUTANTS: [(Mutant, Oracle); 33] = [
     (Mutant::InheritedUnknown, Oracle::Anew),
     (Mutant::InheritedKept, Oracle::Stop),
     (Mutant::ClaimantPassedOver, Oracle::Told),
+    (Mutant::MakerPassedOver, Oracle::Maker),
+    (Mutant::MakerAwaited, Oracle::Idle),
 ];
 
 fn from_environment(name: &str) -> Option<u64> {

@@ -180,7 +180,7 @@ fn a_late_result_that_differs_from_one_that_was_kept_raises_an_alarm() {
             pool.begin(1, 1, 4);
             let (job, need, prior) = (job(1), Skills::NONE, result(kept));
             if opened {
-                pool.step(Event::Open { run: Run(1), job, need, prior });
+                pool.step(Event::Open { run: Run(1), job, need, after: None, prior });
             }
             assert_eq!(pool.machine.knows(job), opened);
             let said = pool.step(Event::Commit {
@@ -248,8 +248,8 @@ fn a_job_waits_for_a_worker_that_can_do_it_and_others_pass_it() {
     let mut pool = Pool::new();
     pool.begin(1, 1, 9);
     pool.begin(2, 1, 0);
-    let hard = Event::Open { run: Run(1), job: job(1), need: Skills(0b10), prior: Prior::Nothing };
-    pool.step(hard);
+    let (need, prior) = (Skills(0b10), Prior::Nothing);
+    pool.step(Event::Open { run: Run(1), job: job(1), need, after: None, prior });
     assert_eq!(pool.machine.counts().unschedulable, 0, "nobody is there");
     pool.open(2, 2);
     let said = pool.step(poll(Worker(1), 1, Skills(0b01)));

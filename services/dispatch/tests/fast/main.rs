@@ -4,3 +4,4 @@ mod common;
 
 mod deaths;
 mod machine;
+mod makers;

@@ -97,6 +97,7 @@ impl Checker {
             return wrong(Oracle::Order, text);
         }
         course.settled += 1;
+        course.ended |= matches!(verdict, Verdict::Abandoned(_));
         let known = self.jobs.entry(job).or_default();
         let fair = match verdict {
             Verdict::Done { digest, .. } => {

@@ -50,6 +50,10 @@ impl Checker {
             let text = format!("attempt {} after {} crashes", known.grants, known.crashes);
             return wrong(Oracle::Poison, text);
         }
+        if oldest.is_none() {
+            self.preferred(worker, job)?;
+        }
+        let known = &self.jobs[&job];
         let awake = |run: &usize| !self.runs[*run].paused;
         if oldest.is_none() && !known.wants.keys().any(awake) {
             return wrong(Oracle::Pause, "granted for runs that are paused");

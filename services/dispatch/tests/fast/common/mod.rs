@@ -29,12 +29,16 @@ impl Pool {
     }
 
     pub(crate) fn open(&mut self, run: u64, k: u64) -> Vec<Effect> {
-        self.step(Event::Open {
-            run: Run(run),
-            job: job(k),
-            need: Skills::NONE,
-            prior: Prior::Nothing,
-        })
+        self.step(opening(run, k))
+    }
+
+    /// The same, of a job that starts from another's result.
+    pub(crate) fn open_after(&mut self, run: u64, k: u64, before: u64) -> Vec<Effect> {
+        let mut event = opening(run, k);
+        if let Event::Open { after, .. } = &mut event {
+            *after = Some(job(before));
+        }
+        self.step(event)
     }
 
     /// A worker asks; what it gets.
@@ -59,6 +63,11 @@ impl Pool {
         self.now += time;
         self.step(Event::Tick)
     }
+}
+
+pub(crate) fn opening(run: u64, k: u64) -> Event {
+    let (need, prior) = (Skills::NONE, Prior::Nothing);
+    Event::Open { run: Run(run), job: job(k), need, after: None, prior }
 }
 
 pub(crate) const BUILD: Build = Build([1; 32]);
