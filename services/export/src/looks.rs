@@ -9,6 +9,11 @@ pub(crate) fn linear(rgb: Rgb) -> [f32; 3] {
     rgb.map(light)
 }
 
+/// How metallic and how rough a sheet is \[1\].
+pub(crate) fn finish(metal: bool) -> [f32; 2] {
+    if metal { [1.0, 0.35] } else { [0.0, 0.8] }
+}
+
 /// Colours of an object's skin and crack faces.
 pub(crate) fn colours(material: &str, object: &str, fixed: bool) -> (Rgb, Rgb) {
     let (skin, crack) = palette::colours(material, object, 0);

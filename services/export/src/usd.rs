@@ -6,7 +6,7 @@ mod moving;
 mod prim;
 mod samples;
 
-use crate::looks::{colours, linear};
+use crate::looks::{colours, finish, linear};
 use crate::moving::MovingTrack;
 use crate::names::UniqueNames;
 use crate::sheets::CrackSheet;
@@ -86,7 +86,10 @@ pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery, folder: &str) -
     }
     let of_sheet = |track: &MovingTrack| match track.is_tinted() {
         true => of_points(&format!("{}_sheet", track.name), 0.8),
-        false => plain(&format!("{}_sheet", track.name), track.colour, 0.0, 0.8),
+        false => {
+            let [metallic, roughness] = finish(track.metal);
+            plain(&format!("{}_sheet", track.name), track.colour, metallic, roughness)
+        }
     };
     looks.extend(timeline.moving.iter().map(of_sheet));
     let _ = write!(content.text, "    def Scope \"{}\"\n    {{\n{looks}    }}\n\n", taken[0]);

@@ -40,10 +40,12 @@ pub(super) fn window(track: &Track) -> (f64, f64) {
     (first.unwrap_or(start).clamp(0.0, end), end)
 }
 
-/// Eight moments: before, the last step before the break, and six after it.
+/// Eight moments: before, the last step before the break, and six after it. Where sheets move and
+/// no rigid body breaks, all at equal distances.
 pub(super) fn moments(track: &Track) -> Vec<f64> {
     let (start, end) = window(track);
-    let Some(first) = climax(track).filter(|first| (start..end).contains(first)) else {
+    let first = climax(track).filter(|first| (start..end).contains(first));
+    let Some(first) = first.filter(|_| track.sheets.is_empty() || !track.breaks.is_empty()) else {
         return (0..8).map(|k| start + (end - start) * f64::from(k) / 7.0).collect();
     };
     let mut moments = vec![start.max(first - 0.12), (first - 0.51 * track.step).max(0.0)];
@@ -145,7 +147,7 @@ fn action(track: &Track) -> Vec<Vec3> {
 /// Places of the points of sheets at these times, without those of pieces that flew far.
 fn sheet_points(track: &Track, times: &[f64]) -> Vec<Vec3> {
     let there = times.iter().flat_map(|&time| track.sheets_at(time));
-    let all: Vec<Vec3> = there.flat_map(|(.., at)| at.places().iter().copied()).collect();
+    let all: Vec<Vec3> = there.flat_map(|(.., at)| at.places().to_vec()).collect();
     gathered(&all, CLOSE_OUTLIERS)
 }
 

@@ -8,6 +8,7 @@ mod exhibit;
 mod film;
 mod font;
 mod light;
+mod moment;
 mod occlusion;
 mod picture;
 pub mod points;
@@ -37,9 +38,6 @@ const SIZE: (usize, usize) = (480, 320);
 const COLUMNS: usize = 4;
 /// Pixels between moments.
 const GAP: usize = 6;
-/// The moment that a still shows unless another time is given, and the sheet of a sweep: soon after
-/// the break.
-const SHOWN: usize = 2;
 /// Frames a second.
 const FPS: f64 = 12.5;
 /// Longest film \[s\]; a longer run plays faster.
@@ -95,7 +93,8 @@ fn draw(
 /// What a still shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Still {
-    /// When \[s\]; a moment after the first break without it.
+    /// When \[s\]; without it a moment after the first break, or of sheets when half of what
+    /// tears is torn, or when they are farthest from where they were first.
     pub time: Option<f64>,
     /// Pixels across and down.
     pub size: (usize, usize),
@@ -115,7 +114,7 @@ pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, Recor
         return Err(RecordError::Beyond { path: recording.path, time, end: track.end });
     }
     let mut focus = direct::focus(&track, &recording.meta, wanted.size);
-    let time = wanted.time.unwrap_or_else(|| direct::moments(&track)[SHOWN]).clamp(0.0, track.end);
+    let time = wanted.time.unwrap_or_else(|| moment::shown(&track)).clamp(0.0, track.end);
     if wanted.close {
         focus = direct::close(&track, &focus, time, wanted.size);
     }
@@ -125,7 +124,7 @@ pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, Recor
     Ok(time)
 }
 
-/// Draws each of several recordings soon after its first break, with its caption and the time, side
+/// Draws each of several recordings at the moment that a still of it shows, with its caption, side
 /// by side into a file: at their ends what broke may have flown out of all pictures.
 ///
 /// # Errors
@@ -135,7 +134,7 @@ pub fn side_by_side(runs: &[(PathBuf, String)], file: &Path) -> Result<(), Recor
         let recording = Recording::open(recording)?;
         let track = Track::of(&recording);
         let focus = direct::focus(&track, &recording.meta, SIZE);
-        let time = direct::moments(&track)[SHOWN];
+        let time = moment::shown(&track);
         let mut picture = Reel::new(&track, &focus, SIZE).draw(time);
         picture.caption(&format!("{text}  {}", caption(&track, time)), 1);
         Ok(picture)

@@ -83,8 +83,8 @@ impl<'a> Reel<'a> {
             shadow_actor(&mut stage.light, actor, pose);
         }
         for (who, sheet, places) in self.track.sheets_at(time) {
-            sheet.draw(&mut seen, (&camera, nearest), who, places);
-            SheetActor::shade(&mut stage.light, places);
+            sheet.draw(&mut seen, (&camera, nearest), who, &places);
+            SheetActor::shade(&mut stage.light, &places);
         }
         (stage, camera, seen)
     }

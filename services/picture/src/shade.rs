@@ -10,7 +10,6 @@ use super::raster::{Buffers, NOBODY};
 use super::stage::{RenderContext, SAMPLES};
 use cullet_geometry::Vec3;
 use cullet_record::palette::Rgb;
-use cullet_record::scale;
 use std::ops::Range;
 
 /// Linear light, red, green, blue.
@@ -30,6 +29,11 @@ const LINE: f32 = 0.52;
 const ALIKE: f32 = 0.05;
 /// … and their distances by no more than this share \[1\].
 const LEVEL: f32 = 0.02;
+
+/// Shares of what a metal scatters, mirrors and has as gleam of the key light \[1\].
+const SCATTERED: f32 = 0.5;
+const MIRRORED: f32 = 0.7;
+const GLEAM: f32 = 0.9;
 
 /// Who is seen there, without the mark of a crack face.
 fn body(who: u32) -> u32 {
@@ -218,9 +222,11 @@ impl Shot<'_> {
         let actor = stage.track.actor(body(who));
         if !actor.fixed {
             let plain = if who & CRACK == 0 { actor.outer } else { actor.inner };
-            let base = self.tint(body(who), index).unwrap_or(plain);
             // Screen colours to light.
-            return light(stage, &at, base.map(|c| c * c), open);
+            let base = self.tint(body(who), index).unwrap_or(plain).map(|c| c * c);
+            let lit = light(stage, &at, base, open);
+            let metal = stage.track.sheet(body(who)).is_some_and(|sheet| sheet.metal);
+            return if metal { (shine(stage, &at, ray, base, (lit.0, open)), lit.1) } else { lit };
         }
         if at.normal.dot(&stage.up) <= 0.9 {
             return light(stage, &at, FLOOR[0], open);
@@ -232,8 +238,8 @@ impl Shot<'_> {
     /// The colour of the quantity that a surface shows at a sample, if it does.
     fn tint(&self, who: u32, index: usize) -> Option<Rgb> {
         let &share = self.seen.tint.get(index)?;
-        self.stage.track.sheet(who).filter(|sheet| sheet.is_tinted())?;
-        Some(scale::colour(share, (0.0, 1.0)).map(|byte| f32::from(byte) / 255.0))
+        let sheet = self.stage.track.sheet(who).filter(|sheet| sheet.is_tinted())?;
+        Some(sheet.tinted(share))
     }
 
     /// The sky, or a floor of our own in a scene without one.
@@ -273,6 +279,27 @@ fn light(stage: &RenderContext<'_>, at: &SurfacePoint, base: LinearRgb, open: f3
         base[i] * (KEY[i] * lit + ambient * open)
     });
     (colour, asked)
+}
+
+/// A metal: it shows sky and floor around it and the key light, besides what it scatters.
+fn shine(
+    stage: &RenderContext<'_>,
+    at: &SurfacePoint,
+    ray: Vec3,
+    base: LinearRgb,
+    (scattered, open): (LinearRgb, f32),
+) -> LinearRgb {
+    let way = ray.try_normalize(1e-300).unwrap_or(-at.normal);
+    let back = way - at.normal * (2.0 * way.dot(&at.normal));
+    // A surface that is a little rough mixes what lies above and below the horizon.
+    let above = (0.5 + 2.0 * back.dot(&stage.up)).clamp(0.0, 1.0) as f32;
+    let (sky, floor) = (sky(stage, back), FLOOR[1]);
+    let towards = back.dot(&stage.light.towards).max(0.0) as f32;
+    let spot = (0..3).fold(towards * towards, |power, _| power * power);
+    std::array::from_fn(|i| {
+        let around = floor[i] + (sky[i] - floor[i]) * above;
+        SCATTERED * scattered[i] + base[i] * (MIRRORED * around * open + GLEAM * KEY[i] * spot)
+    })
 }
 
 fn checker(stage: &RenderContext<'_>, point: Vec3) -> LinearRgb {

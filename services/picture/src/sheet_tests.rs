@@ -2,6 +2,7 @@
 
 use super::*;
 use cullet_geometry::Vec3;
+use cullet_proto::recording::{SheetFrame, SheetSurface, surface_hash};
 use cullet_record::synthetic::{self, STEP, waving};
 
 const SMALL: (usize, usize) = (160, 120);
@@ -34,12 +35,30 @@ fn a_sheet_is_drawn_where_it_is_and_moves() {
     let shot = |track: &Track, time: f64| Reel::new(track, &focus, SMALL).draw(time);
     let seen = differing(&shot(&track, 0.1), &shot(&bare, 0.1));
     assert!(seen > SMALL.0 * SMALL.1 / 20, "{seen} pixels show it");
-    // Between two frames the first of them holds.
-    let frame = waving::EVERY as f64 * STEP;
-    let at = |share: f64| track.sheets[0].at((2.0 + share) * frame).expect("is there").places();
-    assert_eq!(at(0.1), at(0.9));
-    assert_ne!(at(0.9), at(1.1));
     assert!(track.sheets[0].at(-0.1).is_none(), "not before its first frame");
+}
+
+fn places(track: &Track, time: f64) -> Vec<Vec3> {
+    track.sheets[0].at(time).expect("is there").places().to_vec()
+}
+
+#[test]
+fn between_two_frames_it_is_on_the_straight_way_unless_it_tears_there() {
+    let dir = tempfile::tempdir().expect("folder");
+    let track = Track::of(&recorded(dir.path()));
+    let frame = |k: f64| k * waving::EVERY as f64 * STEP;
+    let (from, to) = (places(&track, frame(2.0)), places(&track, frame(3.0)));
+    assert!(from.iter().zip(&to).any(|(a, b)| (a - b).norm() > 1e-3));
+    for share in [0.0, 0.25, 0.5, 0.9] {
+        let found = places(&track, frame(2.0 + share));
+        for (found, (a, b)) in found.iter().zip(from.iter().zip(&to)) {
+            assert!((found - (a + (b - a) * share)).norm() < 1e-9, "at {share}");
+        }
+    }
+    // The last frame of the whole surface holds until the torn one is there.
+    let tear = (waving::TEARS / waving::EVERY) as f64;
+    assert_eq!(places(&track, frame(tear - 0.1)), places(&track, frame(tear - 1.0)));
+    assert_ne!(places(&track, frame(tear)).len(), places(&track, frame(tear - 0.1)).len());
 }
 
 /// Of a sheet that is seen from below nothing is missing.
@@ -53,7 +72,7 @@ fn both_sides_are_seen_and_lit_by_the_normal_that_faces_the_eye() {
         let camera = camera::Camera::look(ends, Vec3::z(), 40.0, SMALL);
         let mut buffers = raster::Buffers::tinted(SMALL.0, SMALL.1);
         let (who, sheet, places) = track.sheets_at(0.1).next().expect("is there");
-        sheet.draw(&mut buffers, (&camera, 1e-3), who, places);
+        sheet.draw(&mut buffers, (&camera, 1e-3), who, &places);
         let mut count = 0_usize;
         for (index, _) in buffers.who.iter().enumerate().filter(|(_, it)| **it == who) {
             let normal = Vec3::from(buffers.normal[index].map(f64::from));
@@ -75,13 +94,57 @@ fn colours_show_the_quantity_and_the_material_where_there_is_none() {
     recording.sheet_frames.iter_mut().for_each(|frame| frame.quantity.clear());
     let plain = Track::of(&recording);
     assert_eq!((tinted.sheets[0].is_tinted(), plain.sheets[0].is_tinted()), (true, false));
-    // Its lower edge is warm at last, its upper edge never.
-    let reds = |picture: &Picture| {
-        let red = |rgb: &&[u8]| rgb[0] > 2 * rgb[2].max(20);
-        picture.rgb.chunks_exact(3).filter(red).count()
+    // Its lower edge is warm at last, its upper edge never: that looks like paper.
+    let count = |picture: &Picture, wanted: fn([u8; 3]) -> bool| {
+        let pixels = picture.rgb.as_chunks::<3>().0.iter();
+        pixels.filter(|rgb| wanted(**rgb)).count()
     };
-    let shot = moment(&tinted, 1.0);
-    assert!(reds(&shot) > 40 + reds(&moment(&plain, 1.0)), "{}", reds(&shot));
+    let orange = |[r, g, b]: [u8; 3]| r > 140 && r > g + 30 && g > b;
+    let (warm, cold) = (moment(&tinted, 1.0), moment(&plain, 1.0));
+    assert!(count(&warm, orange) > 100 + count(&cold, orange), "{}", count(&warm, orange));
+    let blue = |[r, _, b]: [u8; 3]| b > r && b > 60 && r < 60;
+    assert_eq!(count(&warm, blue), count(&cold, blue), "no cold end of a rainbow");
+    // What is the same everywhere and always shows nothing.
+    recording.sheet_frames.iter_mut().for_each(|frame| {
+        frame.quantity = vec![300.0; frame.offsets.len() / 3];
+    });
+    assert!(!Track::of(&recording).sheets[0].is_tinted());
+}
+
+/// Seen along its plane it is a line half a pixel wide at least, and of its own thickness where
+/// that is more.
+#[test]
+fn edge_on_it_is_still_seen() {
+    let dir = tempfile::tempdir().expect("folder");
+    let mut recording = recorded(dir.path());
+    let flat = recording.sheet_frames[0].clone();
+    let offsets = |frame: &mut SheetFrame| {
+        // Without its wave it is flat.
+        frame.offsets.iter_mut().skip(1).step_by(3).for_each(|y| *y = 0.0);
+    };
+    recording.sheet_frames = vec![flat];
+    recording.sheet_frames.iter_mut().for_each(offsets);
+    let shown = |recording: &Recording| {
+        let track = Track::of(recording);
+        // A little beside its plane, for lines between pixels belong to none.
+        let towards = Vec3::new(0.55, 0.003, 0.7);
+        let camera =
+            camera::Camera::look((towards + Vec3::x() * 2.0, towards), Vec3::z(), 40.0, SMALL);
+        let mut buffers = raster::Buffers::new(SMALL.0, SMALL.1);
+        let (who, sheet, places) = track.sheets_at(0.0).next().expect("is there");
+        sheet.draw(&mut buffers, (&camera, 1e-3), who, &places);
+        buffers.who.iter().filter(|it| **it == who).count()
+    };
+    let thin = shown(&recording);
+    // It is 0.6 m high, 1.7 m away or a little more: some fifty pixels, one wide.
+    assert!((30..130).contains(&thin), "{thin} pixels");
+    let mut thicker = waving::surface(false);
+    thicker.thickness = 0.06;
+    let hash = surface_hash(&thicker).to_vec();
+    recording.surfaces.insert(hash.clone(), SheetSurface::from(&thicker));
+    recording.sheet_frames[0].surface = hash;
+    let thick = shown(&recording);
+    assert!(thick > 4 * thin, "{thick} pixels");
 }
 
 #[test]
@@ -101,18 +164,63 @@ fn the_view_takes_it_in() {
     }
 }
 
-#[test]
-fn its_tear_is_a_moment_to_look_at() {
-    let dir = tempfile::tempdir().expect("folder");
-    let mut recording = recorded(dir.path());
+/// The recording without what its rigid bodies do.
+fn alone(dir: &Path) -> Recording {
+    let mut recording = recorded(dir);
     recording.events.clear();
     recording.bodies.retain(|body| body.parent.is_none());
-    let track = Track::of(&recording);
+    recording
+}
+
+#[test]
+fn a_still_shows_half_of_the_tear() {
+    let dir = tempfile::tempdir().expect("folder");
+    let mut recording = alone(dir.path());
+    // It tears on, evenly, from one time to the end.
     let tears = waving::TEARS as f64 * STEP;
-    assert_eq!(direct::climax(&track), Some(tears));
+    for window in &mut recording.windows {
+        let ledger = window.ledger.as_mut().expect("has one");
+        ledger.torn_area = (window.time - tears).max(0.0);
+    }
+    let track = Track::of(&recording);
+    let half = 0.5 * (tears + track.end);
+    let shown = moment::shown(&track);
+    assert!((half..half + 1.1 * waving::EVERY as f64 * STEP).contains(&shown), "{shown} s");
     assert_eq!(direct::window(&track), (0.0, track.end));
+    let moments = direct::moments(&track);
+    assert!((moments[4] - track.end * 4.0 / 7.0).abs() < 1e-9, "{moments:?}");
     let (before, after) = (caption(&track, tears - 0.01), caption(&track, tears + 0.1));
     assert_eq!((&before[..], &after[..]), ("0.490 s", "0.600 s  sheet in 2 pieces"));
+}
+
+#[test]
+fn a_still_shows_its_pieces_or_its_farthest_way_where_nothing_tears() {
+    let dir = tempfile::tempdir().expect("folder");
+    let mut recording = alone(dir.path());
+    let nothing_torn = |recording: &mut Recording| {
+        for window in &mut recording.windows {
+            window.ledger.as_mut().expect("has one").torn_area = 0.0;
+        }
+    };
+    nothing_torn(&mut recording);
+    let due = (waving::TEARS + waving::EVERY) as f64 * STEP;
+    let shown = moment::shown(&Track::of(&recording));
+    assert!((shown - due).abs() < 1e-9, "{shown} s: the window after it came apart");
+    recording.windows.clear();
+    // It swings out and back.
+    for frame in &mut recording.sheet_frames {
+        let way = 0.5 - (frame.time - 0.7).abs();
+        frame.offsets.iter_mut().skip(1).step_by(3).for_each(|y| *y = way as f32);
+    }
+    let shown = moment::shown(&Track::of(&recording));
+    assert!((shown - 0.7).abs() < 0.7 * waving::EVERY as f64 * STEP, "{shown} s");
+    // Where a rigid body breaks, that is the moment.
+    let whole = recorded(dir.path());
+    recording.events = whole.events;
+    recording.bodies = whole.bodies;
+    let broke = synthetic::BREAK as f64 * STEP;
+    let shown = moment::shown(&Track::of(&recording));
+    assert!((broke..broke + 0.05).contains(&shown), "{shown} s");
 }
 
 #[test]
@@ -141,9 +249,10 @@ fn a_frame_that_is_damaged_is_left_out() {
     let mut recording = recorded(dir.path());
     recording.sheet_frames[3].offsets.truncate(5);
     let track = Track::of(&recording);
-    let third = 3.2 * waving::EVERY as f64 * STEP;
-    let places = |time: f64| track.sheets[0].at(time).expect("is there").places();
-    assert_eq!(places(third), places(third - 4.0 * STEP));
+    let frame = |k: f64| places(&track, k * waving::EVERY as f64 * STEP);
+    let (from, to, found) = (frame(2.0), frame(4.0), frame(3.0));
+    let off = |k: usize| (found[k] - (from[k] + to[k]) / 2.0).norm();
+    assert!((0..found.len()).all(|k| off(k) < 1e-9), "its neighbours lead across it");
     recording.surfaces.clear();
     assert!(Track::of(&recording).sheets.is_empty());
     draw(&recording, dir.path(), SMALL).expect("draws what is left");

@@ -39,7 +39,7 @@ fn recordings_side_by_side_are_shown_soon_after_they_break() {
     let one = (dir.path().join("run.mcap"), "seed=1".to_owned());
     side_by_side(&[one.clone(), one], &file).expect("draws");
     let track = Track::of(&recording);
-    let time = direct::moments(&track)[SHOWN];
+    let time = moment::shown(&track);
     assert!(time < track.end, "{time}");
     let focus = direct::focus(&track, &recording.meta, SIZE);
     let mut picture = Reel::new(&track, &focus, SIZE).draw(time);

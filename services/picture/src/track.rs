@@ -6,6 +6,7 @@ use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::EventKind;
 use cullet_record::palette::{self, Rgb};
 use cullet_record::{PoseRow, Recording, Trace, traces};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -72,7 +73,7 @@ pub(super) struct Track {
     pub(super) sheets: Vec<SheetActor>,
     /// What each of them looks like: actors without a mesh.
     pub(super) looks: Vec<Actor>,
-    /// When a body broke, took a new shape or tore \[s\], in order, and which.
+    /// When a body broke or took a new shape \[s\], in order, and which.
     pub(super) breaks: Vec<(f64, u64)>,
     /// What was struck by what, in order.
     pub(super) strikes: Vec<(f64, u64, u64)>,
@@ -311,7 +312,7 @@ impl Track {
         track.reshape(recording, &mut index, &meshes);
         track.crumble(recording, &index);
         track.open(recording, &index);
-        track.tear();
+        track.dress();
         track
     }
 
@@ -425,21 +426,19 @@ impl Track {
         }
     }
 
-    /// What sheets add to what happens.
-    fn tear(&mut self) {
+    /// What sheets look like.
+    fn dress(&mut self) {
         for sheet in &self.sheets {
             self.end = self.end.max(sheet.end());
-            self.breaks.extend(sheet.tears().map(|time| (time, SHEET)));
             self.looks.push(Actor::of_sheet(sheet));
         }
-        self.breaks.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
 
     /// The sheets there at a time, and where. Their numbers follow those of [`Track::present`].
     pub(super) fn sheets_at(
         &self,
         time: f64,
-    ) -> impl Iterator<Item = (u32, &SheetActor, &SheetPlaces)> {
+    ) -> impl Iterator<Item = (u32, &SheetActor, Cow<'_, SheetPlaces>)> {
         let first = self.actors.len() + self.specks.len() + self.lines.len();
         let numbered = (first as u32..).zip(&self.sheets);
         numbered.filter_map(move |(i, sheet)| Some((i, sheet, sheet.at(time)?)))

@@ -42,6 +42,7 @@ mod object;
 pub mod palette;
 pub mod points;
 mod pose_row;
+mod quantity_scale;
 mod read;
 mod recorder;
 mod recover;
@@ -60,6 +61,7 @@ mod summary;
 pub mod synthetic;
 #[cfg(test)]
 mod tests;
+mod thick_sheet;
 mod trace;
 
 pub use appearance::skin_of;
@@ -69,16 +71,18 @@ pub use inspect::{Inspection, inspect};
 pub use masses::{Fit, Fits, FragmentMass, RESOLVED_CELLS, fit, masses, table};
 pub use meta::{RunMeta, View};
 pub use pose_row::PoseRow;
+pub use quantity_scale::QuantityScale;
 pub use read::Recording;
 pub use recorder::{Finished, Level, Recorder};
 pub use recover::{Recovery, recover};
 pub use rest::RestPlace;
 pub use shares::Shares;
 pub use sheet_book::SheetAbout;
-pub use sheet_census::{SheetCensus, SheetTotals};
+pub use sheet_census::{SheetCensus, SheetTotals, crumbs};
 pub use sheet_read::{FrameTime, RecordedSheet, SheetMoment, SoundWindow};
 pub use sheets::SolvedWindow;
 pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
+pub use thick_sheet::{PlacedSheet, SheetSide, ThickSheet, ThickVertex};
 pub use trace::{Trace, traces};
 
 use cullet_proto::recording::{AppearanceError, GeometryError, SheetError};

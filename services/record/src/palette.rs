@@ -22,6 +22,34 @@ const LOOKS: &[(&str, Rgb, Rgb)] = &[
     ("alumina", [0.90, 0.88, 0.82], [0.77, 0.69, 0.61]),
     ("steel", [0.36, 0.39, 0.44], [0.66, 0.69, 0.74]),
     ("rubber", [0.20, 0.21, 0.23], [0.42, 0.42, 0.44]),
+    ("aluminium", [0.77, 0.78, 0.80], [0.88, 0.89, 0.90]),
+    ("aluminum", [0.77, 0.78, 0.80], [0.88, 0.89, 0.90]),
+    ("foil", [0.77, 0.78, 0.80], [0.88, 0.89, 0.90]),
+    ("paper", [0.82, 0.80, 0.75], [0.90, 0.89, 0.86]),
+    ("towel", [0.82, 0.80, 0.75], [0.90, 0.89, 0.86]),
+    ("tissue", [0.84, 0.83, 0.80], [0.90, 0.89, 0.86]),
+    ("cotton", [0.78, 0.75, 0.69], [0.88, 0.86, 0.82]),
+    ("linen", [0.83, 0.78, 0.67], [0.92, 0.88, 0.80]),
+    ("cloth", [0.72, 0.33, 0.30], [0.88, 0.70, 0.66]),
+    ("latex", [0.80, 0.69, 0.49], [0.90, 0.83, 0.70]),
+    ("nori", [0.17, 0.26, 0.16], [0.30, 0.40, 0.26]),
+    ("seaweed", [0.17, 0.26, 0.16], [0.30, 0.40, 0.26]),
+    ("leaf", [0.33, 0.52, 0.21], [0.60, 0.74, 0.42]),
+    ("cork", [0.70, 0.53, 0.36], [0.84, 0.70, 0.52]),
+];
+
+/// Parts of the names of metals.
+const METALS: &[&str] = &[
+    "steel",
+    "aluminium",
+    "aluminum",
+    "foil",
+    "copper",
+    "brass",
+    "bronze",
+    "iron",
+    "silver",
+    "gold",
 ];
 
 /// For materials of no known look.
@@ -51,6 +79,13 @@ pub fn colours(material: &str, object: &str, id: u64) -> (Rgb, Rgb) {
     (scale(outer, shade), scale(inner, shade))
 }
 
+/// Whether a material of that name shines as metals do.
+#[must_use]
+pub fn is_metal(material: &str) -> bool {
+    let name = material.to_lowercase();
+    METALS.iter().any(|part| name.contains(part))
+}
+
 /// The colour of a thin crack in a surface of that colour.
 pub fn dark(outer: Rgb) -> Rgb {
     scale(outer, 0.22)
@@ -70,4 +105,26 @@ fn centred(key: u64) -> f32 {
 
 fn scale(rgb: Rgb, by: f32) -> Rgb {
     rgb.map(|c| (c * by).clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn materials_of_sheets_look_like_themselves() {
+        let of = |material: &str| colours(material, "sheet", 0).0;
+        let spread = |rgb: Rgb| {
+            rgb.iter().copied().fold(0.0, f32::max) - rgb.iter().copied().fold(1.0, f32::min)
+        };
+        let foil = of("aluminium-foil");
+        assert!(foil[0] > 0.65 && spread(foil) < 0.06, "{foil:?} is light grey");
+        let paper = of("towel");
+        assert!(paper[2] > 0.6 && paper[0] > paper[2], "{paper:?} is off-white");
+        let rubber = of("rubber");
+        assert!(rubber[0] < 0.3 && spread(rubber) < 0.06, "{rubber:?} is dark grey");
+        let leaf = of("leaf");
+        assert!(leaf[1] > 1.3 * leaf[0] && leaf[1] > 1.3 * leaf[2], "{leaf:?} is green");
+        assert!(is_metal("Aluminium-Foil") && !is_metal("alumina") && !is_metal("towel"));
+    }
 }

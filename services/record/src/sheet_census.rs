@@ -13,6 +13,9 @@ pub struct SheetTotals {
     pub windows: u64,
     /// Parts that they came to.
     pub pieces: u64,
+    /// Those of them that are crumbs: of less area than six of the points that sheets are made of.
+    #[serde(default)]
+    pub crumbs: u64,
     /// Area of their cracks at rest, length times thickness \[m²\].
     pub torn_area: f64,
     /// Energy in a window that should not be there, at most \[J\].
@@ -21,6 +24,21 @@ pub struct SheetTotals {
     pub energy_residual_rel: f64,
     /// How far apart the world and a window had the rigid bodies in its reach, at most \[m\].
     pub gap: f64,
+}
+
+/// Points below which a part is a crumb.
+const CRUMB: f64 = 6.0;
+/// The figure of a window that says of how many points its sheet is made.
+const POINTS: &str = "points";
+
+/// How many of the pieces that a window ends with are crumbs, of less area than six points; 0 where
+/// the window does not say of how many points the sheet is made.
+#[must_use]
+pub fn crumbs(window: &SheetWindow) -> usize {
+    let points = window.figures.iter().find(|it| it.name == POINTS).map(|it| it.value);
+    let area: f64 = window.pieces.iter().map(|piece| piece.area).sum();
+    let least = points.filter(|&points| points > 0.0).map_or(0.0, |points| area / points * CRUMB);
+    window.pieces.iter().filter(|piece| piece.area < (1.0 - 1e-9) * least).count()
 }
 
 /// What came of each sheet of a run.
@@ -63,6 +81,7 @@ impl SheetCensus {
         let share = if turnover > 0.0 { residual / turnover } else { 0.0 };
         totals.windows += 1;
         totals.pieces = window.pieces.len() as u64;
+        totals.crumbs = crumbs(window) as u64;
         totals.torn_area = ledger.torn_area;
         totals.energy_residual = totals.energy_residual.max(residual);
         totals.energy_residual_rel = totals.energy_residual_rel.max(share);
@@ -77,6 +96,7 @@ impl SheetCensus {
         for SheetRow { totals: of, .. } in self.sheets.values() {
             all.windows += of.windows;
             all.pieces += of.pieces;
+            all.crumbs += of.crumbs;
             all.torn_area += of.torn_area;
             all.energy_residual = all.energy_residual.max(of.energy_residual);
             all.energy_residual_rel = all.energy_residual_rel.max(of.energy_residual_rel);
@@ -95,10 +115,14 @@ impl SheetCensus {
                 0 => String::new(),
                 some => format!("; {some} of them one-way: bodies did not feel it"),
             };
+            let crumbs = match of.crumbs {
+                0 => String::new(),
+                some => format!(" (and {some} crumbs below {CRUMB} points)"),
+            };
             format!(
-                "sheet {number} ({name}): {} pieces, {:.3e} m² torn, {} frames, {} windows; \
-                 energy off by {:.3e} J at most ({:.2} %), bodies by {:.3e} m{one_way}",
-                of.pieces,
+                "sheet {number} ({name}): {} pieces{crumbs}, {:.3e} m² torn, {} frames, \
+                 {} windows; energy off by {:.3e} J at most ({:.2} %), bodies by {:.3e} m{one_way}",
+                of.pieces - of.crumbs,
                 of.torn_area,
                 row.frames,
                 of.windows,

@@ -1,7 +1,8 @@
 //! Sheets as viewers draw them: a triangle list a frame.
 
 use super::display::{WORLD, colour, quaternion, timestamp};
-use super::{palette, scale};
+use super::palette::{self, Rgb};
+use super::quantity_scale::QuantityScale;
 use cullet_geometry::Quat;
 use cullet_model::{MovingSurface, SurfaceFrame};
 use foxglove::messages::{
@@ -29,12 +30,12 @@ impl DrawnSheet {
             let [x, y, z] = offset.map(f64::from);
             Point3 { x, y, z }
         });
-        let plain = colour(palette::colours(material, name, 0).0);
+        let plain = palette::colours(material, name, 0).0;
         let triangles = TriangleListPrimitive {
             pose: Some(Pose { position, orientation }),
             points: points.collect(),
-            color: Some(plain),
-            colors: self.frame.quantity.iter().map(|&value| self.tint(value)).collect(),
+            color: Some(colour(plain)),
+            colors: self.tints(plain),
             indices: self.surface.triangles.iter().flatten().copied().collect(),
         };
         let entity = SceneEntity {
@@ -52,7 +53,11 @@ impl DrawnSheet {
         SceneUpdate { deletions: vec![deletion], entities: vec![entity] }
     }
 
-    fn tint(&self, value: f32) -> Color {
-        colour(scale::colour(value, self.span).map(|byte| f32::from(byte) / 255.0))
+    /// The colour of each point; none where no quantity diffuses.
+    fn tints(&self, plain: Rgb) -> Vec<Color> {
+        let scale = QuantityScale::of(plain, self.span);
+        let tint = |scale: &QuantityScale, value| scale.colour(scale.share(value));
+        let one = |&value: &f32| colour(scale.as_ref().map_or(plain, |it| tint(it, value)));
+        self.frame.quantity.iter().map(one).collect()
     }
 }

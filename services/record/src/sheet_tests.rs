@@ -4,7 +4,8 @@ use super::synthetic::waving::{self, EVERY, POINTS, SHEET, TEARS};
 use super::synthetic::{self, STEP, STEPS};
 use super::*;
 use cullet_geometry::Vec3;
-use cullet_proto::recording::{schema_bytes, sheet_schema_bytes};
+use cullet_model::{Figure, TornPiece, WindowOutcome};
+use cullet_proto::recording::{SheetWindow, schema_bytes, sheet_schema_bytes};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -81,6 +82,29 @@ fn the_summary_has_sheets_only_where_there_are_some() {
     assert!(!bare.to_json().contains("sheets") && bare.sheets.is_none());
     let back: Summary = serde_json::from_str(&finished.summary.to_json()).expect("is JSON");
     assert_eq!(back, finished.summary);
+}
+
+#[test]
+fn crumbs_are_told_from_pieces() {
+    let outcome = waving::outcome(TEARS + EVERY);
+    let (mut window, one) = (SheetWindow::default().with(&outcome), outcome.pieces[1]);
+    let area: f64 = outcome.pieces.iter().map(|piece| piece.area).sum();
+    let mut told = |points: f64, shares: &[f64]| {
+        let piece = |&share: &f64| TornPiece { area: share * area, ..one };
+        let pieces = shares.iter().map(piece).collect();
+        let name = "points".to_owned();
+        let figures = vec![Figure { name, unit: "1".to_owned(), value: points }];
+        window = window.clone().with(&WindowOutcome { pieces, figures, ..outcome.clone() });
+        let mut census = SheetCensus::default();
+        census.window(&window);
+        (crumbs(&window), census.lines()[0].split(',').next().expect("a part").to_owned())
+    };
+    // Of 100 points six are no crumb, and five are one.
+    assert_eq!(told(100.0, &[0.94, 0.06]).0, 0);
+    let (count, line) = told(100.0, &[0.83, 0.11, 0.05, 0.01]);
+    let due = "sheet 0 (without a frame): 2 pieces (and 2 crumbs below 6 points)";
+    assert_eq!((count, &line[..]), (2, due));
+    assert_eq!(told(0.0, &[0.5, 0.5]).0, 0, "of how many points is not known");
 }
 
 /// The digest of a run by hand whose sheet is told so.

@@ -30,6 +30,7 @@ export class Stage {
     this.mode = "object";
     this.selected = null;
     this.pieces = new Map();
+    this.sheets = [];
     this.cache = new Map();
     this.duration = report.duration;
     this.light();
@@ -65,6 +66,9 @@ export class Stage {
         this.pieces.set(node.userData.id, this.pieceOf(node));
       } else if (node.userData.grain !== undefined) {
         node.traverse((mesh) => { if (mesh.isMesh) mesh.castShadow = true; });
+      } else if (node.userData.sheet !== undefined) {
+        this.sheets.push(node);
+        node.traverse((mesh) => { if (mesh.isMesh) mesh.castShadow = mesh.receiveShadow = true; });
       }
     });
     this.seek(0);
@@ -125,6 +129,10 @@ export class Stage {
       if (own.isEmpty()) continue;
       all.union(own);
       if (!facts.fixed) box.union(own);
+    }
+    for (const node of this.sheets) {
+      // Those that are there at first.
+      if (node.scale.x > THERE) box.union(own.setFromObject(node));
     }
     return box.isEmpty() ? all : box;
   }
