@@ -1,5 +1,7 @@
 //! Every shipped scene runs and shows what it says it shows.
 
+mod moving;
+
 use crate::common;
 
 use common::{Cullet, corpus, summary, unique};

@@ -33,7 +33,7 @@ pub(super) fn hold(names: &[&str]) {
 fn elasticity_is_true() {
     hold(&["e1-patch", "e2-turn", "e2-quarter", "e2-stretched", "e7-cantilever"]);
     hold(&["e8-vibration", "e8-overtones", "e11-conservation", "e12-hole"]);
-    hold(&["e8-plate", "e9-plate", "s1-cantilever"]);
+    hold(&["e8-plate", "e9-plate", "s1-cantilever", "m2-pulled-sheet", "s10-hanging-strip"]);
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn the_damage_law_spends_its_energy() {
 #[test]
 fn cracks_go_where_and_as_far_as_they_must() {
     hold(&["k4-kink", "k5-cantilevers", "k7-disc"]);
-    hold(&["k6-strip", "k6-bent-strip"]);
+    hold(&["k6-strip", "k6-bent-strip", "m9-strip"]);
 }
 
 /// The metrics of each run, by name.

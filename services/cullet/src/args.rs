@@ -418,7 +418,8 @@ pub(crate) struct Preview {
 pub(crate) struct StillArgs {
     /// A recording, or the folder of a run
     pub(crate) recording: PathBuf,
-    /// Time of the picture, in seconds of the run [default: shortly after the first fracture]
+    /// Time of the picture, in seconds of the run [default: shortly after the first fracture,
+    /// or when half of what tears in sheets is torn]
     #[arg(long, value_name = "SECONDS", value_parser = non_negative)]
     pub(crate) at: Option<f64>,
     /// Width and height in pixels

@@ -37,13 +37,13 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
 pub(crate) fn check(args: &args::Check) -> Result<Exit, CommandError> {
     let scene = read_scene(&args.scene)?;
     let (bodies, steps, step) = (scene.bodies.len(), scene.steps(), scene.world.step);
-    let sheets = match scene.sheets.len() {
+    let moving = match scene.moving.len() {
         0 => String::new(),
-        count => format!("{count} sheets, "),
+        count => format!("{count} that move as they deform, "),
     };
     let mut lines = vec![
         format!("{}: {}", shown(&scene.name), lines_of(&scene.description)),
-        format!("{bodies} bodies, {sheets}{steps} steps of {step} s"),
+        format!("{bodies} bodies, {moving}{steps} steps of {step} s"),
     ];
     for body in &scene.bodies {
         let triangles = body.solid.mesh.triangles.len();
@@ -52,12 +52,9 @@ pub(crate) fn check(args: &args::Check) -> Result<Exit, CommandError> {
         lines.push(format!("  {name}: {material}, {mass:.4} kg, {triangles} triangles"));
         lines.extend(body.repairs.iter().map(|line| format!("    {}", shown(line))));
     }
-    for sheet in &scene.sheets {
-        let (name, material) = (shown(&sheet.name), shown(&sheet.material.name));
-        let (thickness, spacing) = (sheet.sheet.thickness, sheet.sheet.spacing);
-        lines.push(format!(
-            "  {name}: {material}, a sheet {thickness} m thick, points {spacing} m apart"
-        ));
+    for body in &scene.moving {
+        let (name, material, about) = (shown(&body.name), shown(&body.material.name), body.about());
+        lines.push(format!("  {name}: {material}, {about}"));
     }
     lines.extend(scene.warnings.iter().map(|line| format!("warning: {}", lines_of(line))));
     print(lines.join("\n") + "\n")?;

@@ -327,6 +327,15 @@ pub fn lines2(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "type": "array", "items": points(), "maxItems": 256 })
 }
 
+/// A list of polygons in space, each a list of points.
+pub fn polygons3(_: &mut SchemaGenerator) -> Schema {
+    let point = triple(&scalar(Dimension::Length));
+    let polygon = json_schema!({
+        "type": "array", "items": point, "minItems": 3, "maxItems": 256
+    });
+    json_schema!({ "type": "array", "items": polygon, "maxItems": 1024 })
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Dimension, parse};

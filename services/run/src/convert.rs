@@ -23,7 +23,7 @@ pub(super) fn meta(scene: &Scene) -> RunMeta {
         )
     };
     let of_bodies = scene.bodies.iter().map(|body| &body.material);
-    let all = of_bodies.chain(scene.sheets.iter().map(|sheet| &sheet.material));
+    let all = of_bodies.chain(scene.moving.iter().map(|body| &body.material));
     let materials = all.map(|material| (material.name.clone(), described(material)));
     RunMeta {
         scene: scene.name.clone(),

@@ -57,6 +57,19 @@ impl Choice {
         Self { solver, settings, precise, strength, treatment, plasticity, bonds }
     }
 
+    /// Of a body that does not break.
+    pub(super) fn rigid() -> Self {
+        Self {
+            solver: None,
+            settings: Settings::default(),
+            precise: false,
+            strength: StrengthField::even(),
+            treatment: None,
+            plasticity: None,
+            bonds: BondedSolid::default(),
+        }
+    }
+
     /// Fragments keep the grid spacing \[m\] of the solve that made them: what they were made of
     /// was not known more finely than that. Zero: that solve had no grid.
     pub(super) fn no_finer_than(&mut self, spacing: f64) {

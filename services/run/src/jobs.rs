@@ -10,7 +10,12 @@ pub enum WantedJob<'a> {
     /// A body to be broken.
     Fracture(&'a FractureJob),
     /// A window of a body that moves as it deforms.
-    Window(&'a WindowJob),
+    Window {
+        /// The window.
+        job: &'a WindowJob,
+        /// The window whose outcome is the state that it begins with.
+        after: Option<JobId>,
+    },
 }
 
 impl WantedJob<'_> {
@@ -21,7 +26,7 @@ impl WantedJob<'_> {
     pub fn encode(&self) -> Result<Vec<u8>, WireError> {
         match self {
             Self::Fracture(job) => job.encode(),
-            Self::Window(job) => job.encode(),
+            Self::Window { job, .. } => job.encode(),
         }
     }
 }
@@ -64,7 +69,7 @@ impl JobPool for RunHandle {
     fn open(&self, job: WantedJob<'_>) -> JobId {
         match job {
             WantedJob::Fracture(job) => RunHandle::open(self, job),
-            WantedJob::Window(job) => self.open_window(job),
+            WantedJob::Window { job, after } => self.open_window(job, after),
         }
     }
 

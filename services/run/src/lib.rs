@@ -6,6 +6,7 @@ mod job;
 mod jobs;
 mod moving;
 mod notices;
+mod retire;
 mod settle;
 mod sheets;
 #[cfg(test)]

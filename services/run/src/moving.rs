@@ -2,26 +2,25 @@
 
 use cullet_geometry::{Pose, Vec3};
 use cullet_model::{
-    ContinuumBody, ContinuumSetup, Handed, Proxy, ProxyMotion, SweptExtent, Window, WindowOutcome,
+    ContinuumSetup, Handed, Proxy, ProxyMotion, SweptExtent, Window, WindowOutcome,
 };
 use cullet_pool::Settlement;
 use cullet_proto::{JobId, WindowJob};
-use cullet_scene::{Scene, SceneSheet};
+use cullet_scene::{Scene, SceneMovingBody};
 use cullet_world::{BodyId, World};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-/// Frames of sheets in a second, about.
-const FRAME_RATE: f64 = 30.0;
+/// Frames in a second, about: so many at least and at most, and in a whole run where that lies
+/// between.
+const FRAME_RATES: [f64; 2] = [30.0, 240.0];
+const FRAMES: f64 = 60.0;
 /// How far beyond its reach a body counts as one that a sheet may meet, in distances of its points.
 const MARGIN: f64 = 4.0;
 
 /// A body that touches something rigid and moves less than this share of the distance of points in
 /// a window rests there \[1\].
 const RESTING: f64 = 0.1;
-
-/// The family of sheets.
-const MEMBRANE: &str = "membrane";
 
 /// A sheet in the run.
 pub(super) struct RunningSheet {
@@ -31,9 +30,15 @@ pub(super) struct RunningSheet {
     pub(super) window: u32,
     pub(super) frame_every: u32,
     pub(super) two_way: bool,
+    /// Whether pieces at rest become rigid bodies.
+    pub(super) retire: bool,
+    /// Those that have since the last window, by number.
+    pub(super) retired: Vec<u32>,
     /// Coulomb's coefficient of its surface \[1\].
     pub(super) friction: f64,
     pub(super) state: Option<Arc<Vec<u8>>>,
+    /// The window whose outcome that state is.
+    pub(super) made_by: Option<JobId>,
     pub(super) extent: SweptExtent,
     /// The window whose time the world goes through.
     pub(super) open: Option<SheetWindowRun>,
@@ -54,34 +59,36 @@ pub(super) struct SheetWindowRun {
 }
 
 impl RunningSheet {
-    fn of(number: u32, sheet: &SceneSheet, scene: &Scene) -> Self {
+    fn of(number: u32, moving: &SceneMovingBody, scene: &Scene) -> Self {
         let step = scene.world.step;
-        let frames = (1.0 / (FRAME_RATE * step * f64::from(sheet.window))).round().max(1.0);
+        let rate = (FRAMES / scene.world.duration).clamp(FRAME_RATES[0], FRAME_RATES[1]);
+        let frames = (1.0 / (rate * step * f64::from(moving.window))).round().max(1.0);
         let setup = ContinuumSetup {
-            body: ContinuumBody::Membrane(sheet.sheet.clone()),
+            body: moving.body.clone(),
             world_step: step,
             gravity: Vec3::from(scene.world.gravity),
             seed: scene.world.seed ^ u64::from(number),
         };
-        let pose = sheet.sheet.pose;
-        let place = |[x, y]: &[f64; 2]| pose.rotation * Vec3::new(*x, *y, 0.0);
-        let places = sheet.sheet.outline.iter().map(|at| place(at) + pose.translation.vector);
+        let places = moving.body.corners().into_iter();
         let (low, high) = places.fold(([f64::MAX; 3], [f64::MIN; 3]), |(low, high), place| {
             (
                 std::array::from_fn(|k| low[k].min(place[k])),
                 std::array::from_fn(|k| high[k].max(place[k])),
             )
         });
-        let speed = sheet.sheet.velocity.norm();
+        let speed = moving.body.speed();
         Self {
             number,
             setup,
-            window: sheet.window,
-            frame_every: sheet.window * frames as u32,
-            two_way: sheet.two_way,
-            friction: sheet.material.friction,
+            window: moving.window,
+            frame_every: moving.window * frames as u32,
+            two_way: moving.two_way,
+            retire: moving.retire,
+            retired: Vec::new(),
+            friction: moving.material.friction,
             state: None,
-            extent: SweptExtent { low, high, speed, spacing: sheet.sheet.spacing },
+            made_by: None,
+            extent: SweptExtent { low, high, speed, spacing: moving.body.spacing() },
             open: None,
         }
     }
@@ -124,13 +131,14 @@ impl RunningSheet {
     }
 
     pub(super) fn job(&self, state: Option<Arc<Vec<u8>>>, window: Window) -> WindowJob {
-        WindowJob { family: MEMBRANE.to_owned(), setup: self.setup.clone(), state, window }
+        let family = self.setup.body.family().to_owned();
+        WindowJob { family, setup: self.setup.clone(), state, window }
     }
 }
 
 /// The sheets of a scene.
 pub(super) fn sheets_of(scene: &Scene) -> Vec<RunningSheet> {
-    (0..).zip(&scene.sheets).map(|(number, sheet)| RunningSheet::of(number, sheet, scene)).collect()
+    (0..).zip(&scene.moving).map(|(number, body)| RunningSheet::of(number, body, scene)).collect()
 }
 
 impl SheetWindowRun {

@@ -15,14 +15,14 @@ use cullet_world::Exchange;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A gap above this share of the distance of points makes a window be solved again \[1\] (F90).
+/// A gap above this share of the distance of points makes a window be solved again \[1\] (F90m).
 const GAP: f64 = 0.5;
 /// Most times that a window is solved.
 const MOST_SOLVED: u32 = 3;
 impl SceneRun<'_> {
     /// Tells the recorder of the sheets.
     pub(super) fn announce_sheets(&mut self) {
-        for (number, sheet) in (0..).zip(&self.scene.sheets) {
+        for (number, sheet) in (0..).zip(&self.scene.moving) {
             let (name, material) = (sheet.name.clone(), sheet.material.name.clone());
             self.recorder.sheet(SheetAbout { number, name, material });
         }
@@ -40,15 +40,16 @@ impl SceneRun<'_> {
             }
             let proxies = sheet.proxies(&self.world, gravity);
             if proxies.len() > MAX_PROXIES {
-                let (sheet, bodies) = (self.scene.sheets[index].name.clone(), proxies.len());
+                let (sheet, bodies) = (self.scene.moving[index].name.clone(), proxies.len());
                 return Err(RunError::TooManyNear { sheet, bodies, most: MAX_PROXIES });
             }
             let left = self.scene.steps() - step;
             let steps = sheet.window.min(u32::try_from(left).unwrap_or(u32::MAX));
             let frame_every = sheet.frame_every;
-            let window = Window { first_step: step, steps, frame_every, proxies };
+            let retired = sheet.retire.then(|| sheet.retired.clone());
+            let window = Window { first_step: step, steps, frame_every, proxies, retired };
             let job = sheet.job(sheet.state.clone(), window.clone());
-            let id = self.pool.open(WantedJob::Window(&job));
+            let id = self.pool.open(WantedJob::Window { job: &job, after: sheet.made_by });
             opened.push((index, id, window));
         }
         for (index, job, window) in opened {
@@ -81,7 +82,7 @@ impl SceneRun<'_> {
         if id != job {
             return Err(RunError::OutOfOrder { got: id.short(), due: job.short() });
         }
-        let sheet = self.scene.sheets[index].name.clone();
+        let sheet = self.scene.moving[index].name.clone();
         let reason = match settlement.ending {
             JobEnding::Verdict(Verdict::Moved(outcome)) => return Ok(Some(*outcome)),
             JobEnding::Verdict(Verdict::Refused { text, .. } | Verdict::Failed { text, .. }) => {
@@ -190,7 +191,7 @@ impl SceneRun<'_> {
             return Ok(Some(false));
         }
         let job = sheet.job(run.state.clone(), window.clone());
-        let id = self.pool.open(WantedJob::Window(&job));
+        let id = self.pool.open(WantedJob::Window { job: &job, after: sheet.made_by });
         let Some(outcome) = self.window_settled(index, id)? else { return Ok(None) };
         if let Some(run) = &mut self.sheets[index].open {
             (run.job, run.window, run.outcome) = (id, window, outcome);
@@ -225,7 +226,10 @@ impl SceneRun<'_> {
             outcome: &run.outcome,
         })?;
         (sheet.state, sheet.extent) = (Some(state), run.outcome.extent);
-        let name = self.scene.sheets[index].name.clone();
+        sheet.made_by = Some(run.job);
+        let retired = self.retire_pieces(index, &run.outcome.settled)?;
+        self.sheets[index].retired = retired;
+        let name = self.scene.moving[index].name.clone();
         for warning in &run.outcome.warnings {
             // The same with other figures is not said again; the recording has them all.
             let words = warning.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default();

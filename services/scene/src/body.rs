@@ -74,7 +74,11 @@ impl ResolveContext<'_> {
         };
         let wanted = body.breakable.unwrap_or(!body.fixed && material.breakable);
         if wanted {
-            for (_, fault) in material.faults() {
+            let faults = match body.dynamic {
+                Some(_) => material.faults(),
+                None => material.rigid_faults(),
+            };
+            for (_, fault) in faults {
                 let message = format!("{} cannot break: {fault}", material.name);
                 self.wrong(&join(path, "material"), message);
             }

@@ -7,22 +7,26 @@
 
 mod body;
 mod bonds;
+mod dynamic;
 mod fidelity;
 mod generator;
 mod material;
 mod plasticity;
+mod rotation;
 mod shape;
 mod sheet;
 mod show;
 mod treatment;
 
-pub use body::{Anchor, Axis, Body, ObjectsChoice, RepairChoice, Resolution, Rotation};
+pub use body::{Anchor, Axis, Body, ObjectsChoice, RepairChoice, Resolution};
 pub use bonds::{BondAxis, BondNumbers};
+pub use dynamic::{BodyPart, Dynamics, SoftGrip};
 pub use fidelity::Fidelity;
 pub use generator::{Grid, Scatter, Stack};
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub(crate) use material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
 pub use plasticity::{HeatSoftening, Plasticity};
+pub use rotation::Rotation;
 pub use shape::Shape;
 pub use sheet::{
     Air, Coupling, Diffusion, Grip, GripPlace, SheetBody, SheetInflow, SheetLaw, SheetPatch,

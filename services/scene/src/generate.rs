@@ -5,7 +5,7 @@ use super::context::ResolveContext;
 use super::format::{Body, Grid, ObjectsChoice, Scatter, Stack};
 use cullet_document::tree::{Path, join};
 use cullet_geometry::math::{scramble, unit};
-use cullet_geometry::{Quat, Vec3};
+use cullet_geometry::{Pose, Quat, Vec3};
 
 /// Tries for each strewn body before the box counts as full.
 const TRIES: u64 = 2000;
@@ -22,6 +22,15 @@ pub(super) struct Instance {
 /// How many bodies a grid makes.
 pub(super) fn grid_count(grid: &Grid) -> u64 {
     grid.count.iter().fold(1_u64, |all, &count| all.saturating_mul(u64::from(count)))
+}
+
+impl Instance {
+    /// Where the frame of a template is as this one.
+    pub(super) fn pose(&self, template: &BodyTemplate) -> Pose {
+        let anchor = if self.by_centroid { Vec3::zeros() } else { template.placement.anchor };
+        let centre = self.position - self.rotation * anchor;
+        Pose::from_parts(centre.into(), self.rotation)
+    }
 }
 
 /// The bodies of a grid, layer by layer.

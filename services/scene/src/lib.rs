@@ -18,6 +18,7 @@ mod limits;
 mod load;
 pub mod material;
 mod materials_json;
+mod moving;
 mod overlap;
 mod preflight;
 mod reference;
@@ -41,8 +42,8 @@ pub use load::{SCENE_FILE, load, load_bundle, name_at};
 pub use material::{
     Kind, Preset, SceneMaterial, Sourced, is_preset, preset, presets, presets_json, presets_text,
 };
+pub use moving::SceneMovingBody;
 pub use reference::reference;
 pub use scene::{Scene, SceneBody};
 pub use schema::schema;
-pub use sheet::SceneSheet;
 pub use treatment::PresetTreatment;

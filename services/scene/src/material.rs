@@ -195,6 +195,12 @@ const HEAT_SHARE: f64 = 0.9;
 /// Bounds of σ_f/E \[1\]: outside, a unit was mistaken or the solid is not brittle (F77).
 pub(super) const STRENGTH_OVER_YOUNG: (f64, f64) = (1e-5, 1e-1);
 
+/// Young's modulus below which a toughness is not judged \[Pa\].
+const SOFT: f64 = 1e8;
+
+/// Greatest strength over Young's modulus of bodies that move as they deform: rubber has 10 \[1\].
+const MOST_STRETCHY: f64 = 20.0;
+
 /// Usual bounds of K_Ic = √(E·G_f) \[Pa·√m\] (F77).
 pub(super) const TOUGHNESS: (f64, f64) = (0.05e6, 200e6);
 
@@ -248,12 +254,27 @@ impl SceneMaterial {
         if missing.is_empty() { Ok(material) } else { Err(missing) }
     }
 
-    /// What forbids bodies of it to break.
+    /// What forbids rigid bodies of it to break: they do at small strains.
+    pub(super) fn rigid_faults(&self) -> Vec<Fault> {
+        match self.beyond(STRENGTH_OVER_YOUNG) {
+            Some(fault) => vec![fault],
+            None => self.faults(),
+        }
+    }
+
+    /// What forbids any body of it to break.
     pub(super) fn faults(&self) -> Vec<Fault> {
+        match self.beyond((STRENGTH_OVER_YOUNG.0, MOST_STRETCHY)) {
+            Some(fault) => vec![fault],
+            None => self.flow_faults(),
+        }
+    }
+
+    /// Why its strength over Young's modulus does not hold, if it is out of these bounds.
+    fn beyond(&self, (low, high): (f64, f64)) -> Option<Fault> {
         let ratio = self.strength / self.young;
-        let (low, high) = STRENGTH_OVER_YOUNG;
         if (low..=high).contains(&ratio) {
-            return self.flow_faults();
+            return None;
         }
         let message = format!(
             "strength over Young's modulus must lie in [{}, {}]; it is {ratio:.3e} ({} Pa / {} Pa)",
@@ -262,7 +283,7 @@ impl SceneMaterial {
             tell(self.strength),
             tell(self.young)
         );
-        vec![("strength", message)]
+        Some(("strength", message))
     }
 
     /// What of its flow does not hold: its keys have bounds of their own, but for `failure`.
@@ -292,7 +313,8 @@ impl SceneMaterial {
         let (low, high) = TOUGHNESS;
         // What only flows is not torn by its toughness; what has `failure` is.
         let tears = self.plasticity.is_none_or(|flow| flow.failure.is_some());
-        let cracks = self.breakable && tears;
+        // What is so soft is no structural solid, of which the bounds are.
+        let cracks = self.breakable && tears && self.young >= SOFT;
         if cracks && !(low..=high).contains(&toughness) {
             doubts.push((
                 "fracture_energy",

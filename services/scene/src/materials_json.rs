@@ -13,7 +13,7 @@ impl Scene {
     #[must_use]
     pub fn materials_json(&self) -> String {
         let of_bodies = self.bodies.iter().map(|body| &*body.material);
-        let materials = of_bodies.chain(self.sheets.iter().map(|sheet| &*sheet.material));
+        let materials = of_bodies.chain(self.moving.iter().map(|body| &*body.material));
         let all: Map<String, Value> =
             materials.map(|material| (material.name.clone(), numbers(material))).collect();
         format!("{:#}\n", Value::Object(all))

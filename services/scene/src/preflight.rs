@@ -28,6 +28,28 @@ pub(super) fn warnings(world: &World, bodies: &[SceneBody], sheets: bool) -> Vec
     [cannot_break(world, bodies, &lonely), falls].into_iter().flatten().collect()
 }
 
+/// What a body's own weight or spin does to it, where that alone reaches its strength: σ_f below
+/// ρgL, or ρv² of its rim (F02).
+pub(super) fn own_load(body: &SceneBody, gravity: &[f64; 3]) -> Option<String> {
+    if body.fixed || !body.breakable {
+        return None;
+    }
+    let gravity = Vec3::from(*gravity);
+    let turned = |p: &Vec3| body.pose.rotation * p;
+    let depths = body.solid.mesh.vertices.iter().map(|p| gravity.dot(&turned(p)));
+    let (low, high) =
+        depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
+    let rims = body.solid.mesh.vertices.iter().map(|p| body.spin.cross(&turned(p)).norm_squared());
+    let material = &body.material;
+    let (weight, rim) =
+        (material.density * (high - low), material.density * rims.fold(0.0, f64::max));
+    let strength = body.weakest * material.strength;
+    let (load, name) = if rim > weight { (rim, "its spin") } else { (weight, "its own weight") };
+    (load > strength).then(|| {
+        format!("{name} stresses it by {load:.3e} Pa, its strength is {strength:.3e} Pa (F02)")
+    })
+}
+
 /// Why nothing in the scene can break, if so.
 fn cannot_break(world: &World, bodies: &[SceneBody], lonely: &[bool]) -> Option<String> {
     let why = if bodies.iter().all(|body| body.fixed) {

@@ -2,18 +2,17 @@
 
 use super::body::{BodyTemplate, MAX_DISTANCE};
 use super::context::ResolveContext;
-use super::format::{self, Body, Document, Grid, Scatter, SheetBody, Stack};
+use super::format::{self, Body, Document, Dynamics, Grid, Scatter, SheetBody, Stack};
 use super::generate::{self, Instance};
 use super::material::{self, SceneMaterial};
+use super::moving::SceneMovingBody;
 use super::scene::{Scene, SceneBody};
-use super::sheet::SceneSheet;
 use super::taken::Taken;
 use super::{admission, bonds, limits, overlap, preflight, strength, treatment};
 use cullet_document::check::{Findings, tell};
 use cullet_document::error::{SceneError, nearest, suggest};
 use cullet_document::files::Files;
 use cullet_document::tree::{Node, Path, join, show};
-use cullet_geometry::{Pose, Vec3};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -44,8 +43,8 @@ pub(super) fn resolve(
     (context.bad, context.garbled) = (findings.bad, garbled);
     let document = read_sections(&mut context);
     materials(&mut context);
-    let (bodies, paths, sheets) = (Vec::new(), Vec::new(), Vec::new());
-    let mut builder = Builder { context, document, bodies, paths, sheets };
+    let (bodies, paths, moving) = (Vec::new(), Vec::new(), Vec::new());
+    let mut builder = Builder { context, document, bodies, paths, moving };
     builder.bodies();
     builder.sheets();
     builder.names();
@@ -158,7 +157,7 @@ struct Builder<'a> {
     bodies: Vec<SceneBody>,
     /// Where each body was written.
     paths: Vec<Path>,
-    sheets: Vec<SceneSheet>,
+    moving: Vec<SceneMovingBody>,
 }
 
 impl Builder<'_> {
@@ -180,7 +179,7 @@ impl Builder<'_> {
                     continue;
                 }
                 for template in templates {
-                    self.single(&template, &name, &path);
+                    self.single(&template, &name, body.dynamic.as_ref(), &path);
                 }
             }
         }
@@ -197,13 +196,19 @@ impl Builder<'_> {
                 && let Some(sheet) = self.context.sheet(&taken.value, &path)
                 && taken.whole
             {
-                self.sheets.push(sheet);
+                self.moving.push(sheet);
             }
         }
     }
 
     /// Places a single body, or one of those of a mesh file of several objects.
-    fn single(&mut self, template: &BodyTemplate, name: &str, path: &Path) {
+    fn single(
+        &mut self,
+        template: &BodyTemplate,
+        name: &str,
+        dynamic: Option<&Dynamics>,
+        path: &Path,
+    ) {
         let own = |object: &String| format!("{name}-{}", object.trim().replace('/', "_"));
         let instance = Instance {
             name: template.object.as_ref().map_or_else(|| name.to_owned(), own),
@@ -219,6 +224,11 @@ impl Builder<'_> {
             );
             return self.context.wrong(&join(path, "objects"), message);
         }
+        if let Some(dynamic) = dynamic {
+            let placed = (instance.name.clone(), instance.pose(template));
+            self.moving.extend(self.context.dynamic(dynamic, template, placed, path));
+            return;
+        }
         let generator = template.object.as_ref().map(|_| name);
         self.place(template, vec![instance], generator, path);
     }
@@ -230,6 +240,9 @@ impl Builder<'_> {
 
     /// The one template of a generator.
     fn template(&mut self, body: &Body, path: &Path) -> Option<BodyTemplate> {
+        if body.dynamic.is_some() {
+            self.context.wrong(&join(path, "dynamic"), "only a single `[[body]]` can be dynamic");
+        }
         self.templates(body, path).and_then(|mut templates| templates.pop())
     }
 
@@ -322,9 +335,7 @@ impl Builder<'_> {
             return self.context.wrong(path, message);
         }
         for instance in instances {
-            let anchor =
-                if instance.by_centroid { Vec3::zeros() } else { template.placement.anchor };
-            let centre = instance.position - instance.rotation * anchor;
+            let pose = instance.pose(template);
             self.bodies.push(SceneBody {
                 name: instance.name,
                 generator: generator.map(str::to_owned),
@@ -335,7 +346,7 @@ impl Builder<'_> {
                 hulls: Arc::clone(&template.geometry.hulls),
                 volume: template.geometry.mass.volume,
                 inertia: template.geometry.mass.inertia,
-                pose: Pose::from_parts(centre.into(), instance.rotation),
+                pose,
                 velocity: template.velocity,
                 spin: template.spin,
                 material: Arc::clone(&template.material),
@@ -446,12 +457,14 @@ impl Builder<'_> {
             for line in body.repairs.iter().filter(|_| first) {
                 self.context.warnings.push(format!("{}: {line}", body.name));
             }
-            if let Some(line) = own_load(body, &self.document.world.gravity).filter(|_| first) {
+            if let Some(line) =
+                preflight::own_load(body, &self.document.world.gravity).filter(|_| first)
+            {
                 self.context.warnings.push(format!("{}: {line}", body.name));
             }
         }
-        let sheets = !self.sheets.is_empty();
-        let found = preflight::warnings(&self.document.world, &self.bodies, sheets);
+        let soft = !self.moving.is_empty();
+        let found = preflight::warnings(&self.document.world, &self.bodies, soft);
         self.context.warnings.extend(found);
         let document = self.document;
         let scene = Scene {
@@ -461,7 +474,7 @@ impl Builder<'_> {
             fracture: document.fracture,
             fidelity: document.fidelity,
             bodies: self.bodies,
-            sheets: self.sheets,
+            moving: self.moving,
             expect: document.expect,
             recording: document.recording,
             view: document.view,
@@ -474,26 +487,4 @@ impl Builder<'_> {
         admission::check(&mut self.context, &scene, &self.paths);
         Resolved { scene, errors: self.context.errors }
     }
-}
-
-/// What a body's own weight or spin does to it, where that alone reaches its strength: σ_f below
-/// ρgL, or ρv² of its rim (F02).
-fn own_load(body: &SceneBody, gravity: &[f64; 3]) -> Option<String> {
-    if body.fixed || !body.breakable {
-        return None;
-    }
-    let gravity = Vec3::from(*gravity);
-    let turned = |p: &Vec3| body.pose.rotation * p;
-    let depths = body.solid.mesh.vertices.iter().map(|p| gravity.dot(&turned(p)));
-    let (low, high) =
-        depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
-    let rims = body.solid.mesh.vertices.iter().map(|p| body.spin.cross(&turned(p)).norm_squared());
-    let material = &body.material;
-    let (weight, rim) =
-        (material.density * (high - low), material.density * rims.fold(0.0, f64::max));
-    let strength = body.weakest * material.strength;
-    let (load, name) = if rim > weight { (rim, "its spin") } else { (weight, "its own weight") };
-    (load > strength).then(|| {
-        format!("{name} stresses it by {load:.3e} Pa, its strength is {strength:.3e} Pa (F02)")
-    })
 }

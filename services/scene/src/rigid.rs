@@ -48,7 +48,7 @@ pub fn spec(body: &SceneBody) -> BodySpec {
         name: body.name.clone(),
         solid: body.solid.clone(),
         hulls: (*body.hulls).clone(),
-        material: material(&body.material),
+        material: contact_material(&body.material),
         pose: body.pose,
         velocity: body.velocity,
         spin: body.spin,
@@ -62,7 +62,9 @@ pub fn spec(body: &SceneBody) -> BodySpec {
     }
 }
 
-fn material(material: &SceneMaterial) -> ContactMaterial {
+/// What the surface of a body of a material is like, and from which stress its hits count.
+#[must_use]
+pub fn contact_material(material: &SceneMaterial) -> ContactMaterial {
     ContactMaterial {
         solid: Material {
             density: material.density,

@@ -2,7 +2,7 @@
 
 use super::format::{self, Expect, SolverChoice, View};
 use super::material::SceneMaterial;
-use super::sheet::SceneSheet;
+use super::moving::SceneMovingBody;
 use cullet_document::{Bundle, SceneFile};
 use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
@@ -74,8 +74,8 @@ pub struct Scene {
     pub fidelity: format::Fidelity,
     /// The bodies, in the order of the file, then grids, stacks and scatters.
     pub bodies: Vec<SceneBody>,
-    /// The sheets, in the order of the file.
-    pub sheets: Vec<SceneSheet>,
+    /// Bodies that move as they deform: dynamic bodies, then sheets, each in the order of the file.
+    pub moving: Vec<SceneMovingBody>,
     /// What the scene must show.
     pub expect: Expect,
     /// What its recording holds.

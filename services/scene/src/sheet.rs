@@ -3,12 +3,13 @@
 use super::context::ResolveContext;
 use super::format::{Coupling, Diffusion, Grip, SheetBody, SheetInflow, SheetLaw, SheetPatch};
 use super::material::SceneMaterial;
+use super::moving::{DAMPING, LONGEST, SceneMovingBody, WINDOW, air};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Path, join};
 use cullet_geometry::{Pose, Vec3};
 use cullet_model::{
-    MembraneLaw, MembraneMaterial, MembranePace, MembraneSheet, SheetAir, SheetDiffusion,
-    SheetGrip, SheetPlace, SheetRegion, SheetSource, SheetSourceKind,
+    ContinuumBody, MembraneLaw, MembraneMaterial, MembraneSheet, SheetDiffusion, SheetGrip,
+    SheetPlace, SheetRegion, SheetSource, SheetSourceKind,
 };
 use std::sync::Arc;
 
@@ -16,33 +17,14 @@ use std::sync::Arc;
 const HORIZON: f64 = 3.015;
 /// Thickness by which a sheet bends at least, over the distance of its points \[1\].
 const BENDING_FLOOR: f64 = 0.3;
-/// Share of critical damping of the fastest motion \[1\].
-const DAMPING: f64 = 0.1;
-/// Steps of the rigid world in a window.
-const WINDOW: u32 = 4;
 /// Share of the longer side of its box that the distance of points is \[1\].
 const SPACING: f64 = 0.02;
 /// θ that no sheet reaches.
 const UNBOUNDED: f64 = 1e300;
 
-/// A sheet of a scene.
-#[derive(Clone, Debug)]
-pub struct SceneSheet {
-    /// What the scene calls it.
-    pub name: String,
-    /// What it is made of.
-    pub material: Arc<SceneMaterial>,
-    /// What it is.
-    pub sheet: MembraneSheet,
-    /// Steps of the rigid world in a window.
-    pub window: u32,
-    /// Whether rigid bodies feel it.
-    pub two_way: bool,
-}
-
 impl ResolveContext<'_> {
     /// Makes a sheet ready; errors are noted, and `None` means that there were some.
-    pub(super) fn sheet(&mut self, written: &SheetBody, path: &Path) -> Option<SceneSheet> {
+    pub(super) fn sheet(&mut self, written: &SheetBody, path: &Path) -> Option<SceneMovingBody> {
         let before = self.errors.len();
         for (key, there) in [
             ("name", written.name.is_some()),
@@ -56,15 +38,7 @@ impl ResolveContext<'_> {
         let outline = self.outline(written, path);
         let material = self.sheet_material(written, path);
         let rotation = self.rotation(&written.rotation, &join(path, "rotation"));
-        let pace = match (written.pace.softer, written.pace.heavier) {
-            (None, None) => MembranePace::Real,
-            (Some(speed), None) => MembranePace::Softer(speed),
-            (None, Some(speed)) => MembranePace::Heavier(speed),
-            (Some(_), Some(_)) => {
-                self.wrong(&join(path, "pace"), "takes `softer` or `heavier`, one of them");
-                MembranePace::Real
-            }
-        };
+        let pace = self.pace(written.pace, path);
         let mut grips = Vec::new();
         for (index, grip) in written.grip.iter().enumerate() {
             let path = join(&join(path, "grip"), index);
@@ -77,7 +51,6 @@ impl ResolveContext<'_> {
         }
         let (Some(outline), Some(material)) = (outline, material) else { return None };
         let longer = box_of(&outline).iter().fold(0.0_f64, |a, b| a.max(*b));
-        let air = written.air;
         let sheet = MembraneSheet {
             outline,
             notches: written.notches.clone(),
@@ -88,23 +61,34 @@ impl ResolveContext<'_> {
             pose: Pose::from_parts(Vec3::from(written.position).into(), rotation),
             velocity: Vec3::from(written.velocity),
             grips,
-            air: SheetAir {
-                density: air.density,
-                drag: air.drag,
-                wind: Vec3::from(air.wind),
-                gusts: [air.gusts, air.gust_rate],
-                pressure: air.pressure,
-            },
+            air: air(Some(written.air)),
             diffusion: diffusion.flatten(),
+            foundation: written.foundation,
             pace,
         };
-        (self.errors.len() == before).then(|| SceneSheet {
+        if self.errors.len() == before {
+            self.sheet_faults(&sheet, path);
+        }
+        (self.errors.len() == before).then(|| SceneMovingBody {
             name: written.name.clone().unwrap_or_default(),
             material: Arc::clone(&material),
-            sheet,
+            body: ContinuumBody::Membrane(sheet),
             window: written.window.unwrap_or(WINDOW),
             two_way: written.coupling == Coupling::TwoWay,
+            retire: written.retire,
         })
+    }
+
+    /// Notes what cannot hold of a sheet, each at its key.
+    fn sheet_faults(&mut self, sheet: &MembraneSheet, path: &Path) {
+        for fault in sheet.faults() {
+            let step = |at: Path, step: &str| match step.parse::<usize>() {
+                Ok(number) => join(&at, number),
+                Err(_) => join(&at, step),
+            };
+            let at = fault.key.split('.').fold(path.clone(), step);
+            self.wrong(&at, fault.refusal.to_string());
+        }
     }
 
     fn outline(&mut self, written: &SheetBody, path: &Path) -> Option<Vec<SheetPlace>> {
@@ -176,28 +160,8 @@ impl ResolveContext<'_> {
 
     fn grip(&mut self, grip: &Grip, path: &Path) -> Option<SheetGrip> {
         let region = self.patch(&grip.patch, path);
-        if grip.velocity.is_some() && !grip.path.is_empty() {
-            self.wrong(path, "takes `velocity` or `path`, one of them");
-        }
-        if grip.path.windows(2).any(|two| two[1].time <= two[0].time) {
-            self.wrong(&join(path, "path"), "its times must rise");
-        }
-        let rows = match grip.velocity {
-            Some(velocity) => {
-                let end = self.longest();
-                vec![(0.0, Vec3::zeros()), (end, Vec3::from(velocity) * end)]
-            }
-            None => {
-                let row = |place: &super::format::GripPlace| (place.time, place.offset.into());
-                grip.path.iter().map(row).collect()
-            }
-        };
+        let rows = self.grip_rows(grip.velocity, &grip.path, path);
         Some(SheetGrip { region: region?, path: rows, until: grip.until })
-    }
-
-    /// Longer than any run \[s\].
-    fn longest(&self) -> f64 {
-        601.0
     }
 
     fn diffusion(&mut self, written: &Diffusion, path: &Path) -> Option<SheetDiffusion> {
@@ -252,8 +216,7 @@ impl ResolveContext<'_> {
                 None
             }
         };
-        let (from, until) =
-            (source.from.unwrap_or(0.0), source.until.unwrap_or_else(|| self.longest()));
+        let (from, until) = (source.from.unwrap_or(0.0), source.until.unwrap_or(LONGEST));
         if until <= from {
             self.wrong(&join(path, "until"), "must be after `from`");
         }

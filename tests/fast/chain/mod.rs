@@ -147,7 +147,7 @@ fn what_a_family_has_not_is_refused_with_what_it_has() {
     // The worker's own table has no chain: it says which it has.
     let specimen = measured(bar, &[], &[CHAIN]).point.specimen;
     let ending = solve(specimen.job().expect("a body")).outcome.ending;
-    let known = "there are: brittle, ductile, shell, peridynamics";
+    let known = "there are: brittle, ductile, shell, peridynamics, membrane";
     let wanted = format!("there is no family \"chain\" for specimens; {known}");
     assert_eq!(ending, Ending::Refused(wanted));
 }

@@ -1,5 +1,7 @@
 //! A body as it is written: what it is made of, where it stands and how it moves.
 
+use super::dynamic::Dynamics;
+use super::rotation::Rotation;
 use super::{Paint, Shape, SolverChoice};
 use cullet_document::unit;
 use schemars::JsonSchema;
@@ -72,25 +74,6 @@ pub struct Resolution {
         extend("x-default" = "none, but required without `spacing`")
     )]
     pub particles: Option<u32>,
-}
-
-/// A rotation, written in one of three ways: `axis` with `degrees`, `euler_degrees`, or
-/// `quaternion`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Rotation {
-    /// Axis of the rotation by `degrees` \[1\]. Its length does not matter, but is above 1e-6.
-    #[schemars(extend("x-default" = "none, but required beside `degrees`"))]
-    pub axis: Option<[f64; 3]>,
-    /// Angle about `axis`, by the right-hand rule \[°\].
-    #[schemars(extend("x-default" = "none, but required beside `axis`"))]
-    pub degrees: Option<f64>,
-    /// Rotations about the fixed x, then y, then z axis \[°\].
-    #[schemars(extend("x-default" = "none"))]
-    pub euler_degrees: Option<[f64; 3]>,
-    /// Quaternion as (w, x, y, z) \[1\]. Its length does not matter, but is above 1e-6.
-    #[schemars(extend("x-default" = "none"))]
-    pub quaternion: Option<[f64; 4]>,
 }
 
 /// A body; or, inside a grid, stack or scatter, the template of its bodies. A body has either a
@@ -180,4 +163,7 @@ pub struct Body {
     /// Regions of the body that are weaker or stronger than its material: at most 256, of which at
     /// most one of kind `corners`.
     pub paint: Vec<Paint>,
+    /// Makes it a body that moves as it deforms; only of a single body.
+    #[schemars(extend("x-default" = "it is rigid until it breaks"))]
+    pub dynamic: Option<Dynamics>,
 }

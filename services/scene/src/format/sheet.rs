@@ -1,6 +1,6 @@
 //! A thin sheet as it is written: what it is, what holds it, what it takes up.
 
-use super::Rotation;
+use super::rotation::Rotation;
 use cullet_document::unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -317,6 +317,10 @@ pub struct SheetBody {
     /// A quantity that spreads in it.
     #[schemars(extend("x-default" = "none"))]
     pub diffusion: Option<Diffusion>,
+    /// Stiffness by area, in Pa/m, of a base that it clings to: each point is pulled back to where
+    /// it is at rest, as mud is by what lies under it \[1\].
+    #[schemars(range(min = 0, max = 1e12), extend("x-default" = "none"))]
+    pub foundation: Option<f64>,
     /// How fast waves run in it.
     pub pace: WavePace,
     /// Steps of the rigid world that are simulated at once \[1\].
@@ -324,4 +328,7 @@ pub struct SheetBody {
     pub window: Option<u32>,
     /// Whether rigid bodies feel it.
     pub coupling: Coupling,
+    /// Whether pieces of it that come to rest become rigid bodies of their shape, which deform no
+    /// more.
+    pub retire: bool,
 }

@@ -82,7 +82,7 @@ pub struct Expect {
     /// Number of fragments whose surface is not closed \[1\].
     #[schemars(extend("x-default" = "not checked"))]
     pub open_fragments: Option<Bounds>,
-    /// Number of parts that sheets have come to at the end, all together \[1\].
+    /// Number of parts that sheets and dynamic bodies have come to at the end, all together \[1\].
     #[schemars(extend("x-default" = "not checked"))]
     pub sheet_pieces: Option<Bounds>,
     /// Share, by number, of the fragments at the end that were sampled from a size law and not

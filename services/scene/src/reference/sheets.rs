@@ -18,8 +18,7 @@ notches = [[[0, "12 cm"], [0, "11 cm"]]]
 
 pub(super) const SHEET_PATCH: &str = r#"[[sheet]]
 name = "flag"
-material = "rubber"
-law = "rubber"
+material = "pmma"
 size = ["20 cm", "24 cm"]
 thickness = "1 mm"
 grip = [
@@ -30,8 +29,7 @@ grip = [
 
 pub(super) const SHEET_GRIP: &str = r#"[[sheet]]
 name = "pulled"
-material = "rubber"
-law = "rubber"
+material = "pmma"
 size = ["20 cm", "24 cm"]
 thickness = "1 mm"
 grip = [
@@ -41,8 +39,7 @@ grip = [
 
 pub(super) const SHEET_PATH: &str = r#"[[sheet]]
 name = "led"
-material = "rubber"
-law = "rubber"
+material = "pmma"
 size = ["20 cm", "24 cm"]
 thickness = "1 mm"
 
@@ -53,8 +50,7 @@ path = [{ time = 0, offset = [0, 0, 0] }, { time = "0.5 s", offset = [0, 0, "10 
 
 pub(super) const SHEET_AIR: &str = r#"[[sheet]]
 name = "curtain"
-material = "rubber"
-law = "rubber"
+material = "pmma"
 size = [1, 1.5]
 thickness = "1 mm"
 air = { wind = [2, 0, 0], gusts = 0.5, gust_rate = "2 Hz" }
@@ -62,8 +58,7 @@ air = { wind = [2, 0, 0], gusts = 0.5, gust_rate = "2 Hz" }
 
 pub(super) const SHEET_DIFFUSION: &str = r#"[[sheet]]
 name = "sponge cloth"
-material = "rubber"
-law = "rubber"
+material = "pmma"
 size = ["20 cm", "24 cm"]
 thickness = "1 mm"
 
@@ -77,8 +72,7 @@ source = [{ patch = { centre = [0, 0], radius = "2 cm" }, value = 1 }]
 
 pub(super) const SHEET_INFLOW: &str = r#"[[sheet]]
 name = "heated"
-material = "rubber"
-law = "rubber"
+material = "pmma"
 size = ["20 cm", "24 cm"]
 thickness = "1 mm"
 diffusion = { source = [
@@ -88,9 +82,8 @@ diffusion = { source = [
 
 pub(super) const SHEET_PACE: &str = r#"[[sheet]]
 name = "drape"
-material = "rubber"
-law = "rubber"
+material = "pmma"
 size = ["20 cm", "24 cm"]
 thickness = "1 mm"
-pace = { softer = "20 m/s" }
+pace = { softer = "800 m/s" }
 "#;

@@ -1,16 +1,17 @@
 //! The tables of a scene file: their headings on the page, their keys in order, and an example of
 //! each.
 
+use super::dynamic::{BODY_PART, DYNAMICS, SOFT_GRIP};
 use super::keys::keys_of;
 use super::sheets::{
     SHEET, SHEET_AIR, SHEET_DIFFUSION, SHEET_GRIP, SHEET_INFLOW, SHEET_PACE, SHEET_PATCH,
     SHEET_PATH,
 };
 use crate::format::{
-    Air, Body, BondAxis, BondNumbers, Bounds, Diffusion, Document, Expect, Fidelity, Fracture,
-    Grid, Grip, GripPlace, HeatSoftening, InterlayerFilm, Layers, Material, Paint, Plasticity,
-    RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds, SheetBody, SheetInflow,
-    SheetPatch, Stack, Tiers, View, WavePace, WeakPlane, World,
+    Air, Body, BodyPart, BondAxis, BondNumbers, Bounds, Diffusion, Document, Dynamics, Expect,
+    Fidelity, Fracture, Grid, Grip, GripPlace, HeatSoftening, InterlayerFilm, Layers, Material,
+    Paint, Plasticity, RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds,
+    SheetBody, SheetInflow, SheetPatch, SoftGrip, Stack, Tiers, View, WavePace, WeakPlane, World,
 };
 use crate::surface_detail::Detail;
 
@@ -72,6 +73,9 @@ pub(super) const TABLES: &[Table] = tables! {
     Rotation, "`rotation` of a body", &[("", ROTATION)];
     Resolution, "`resolution` of a body", &[("", RESOLUTION)];
     Paint, "`paint` of a body", PAINTS;
+    Dynamics, "`dynamic` of a body", &[("", DYNAMICS)];
+    BodyPart, "`region` of a grip", &[("", BODY_PART)];
+    SoftGrip, "`grip` of a dynamic body", &[("", SOFT_GRIP)];
     Grid, "`[[grid]]`", &[("", GRID)];
     Stack, "`[[stack]]`", &[("", STACK)];
     Scatter, "`[[scatter]]`", &[("", SCATTER)];
