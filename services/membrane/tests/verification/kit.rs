@@ -158,3 +158,9 @@ pub(crate) fn mean_and_most(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (mean, values.iter().copied().fold(f64::NEG_INFINITY, f64::max))
 }
+
+/// Seeds from 1 on: so few, or as many as `CULLET_SEEDS` says.
+pub(crate) fn seeds(few: u64) -> std::ops::RangeInclusive<u64> {
+    let wanted = std::env::var("CULLET_SEEDS").ok().and_then(|text| text.parse().ok());
+    1..=wanted.unwrap_or(few)
+}

@@ -1,4 +1,5 @@
-//! Slow tests of sheets, by what the crate gives to others. `--ignored` runs those over seeds, too.
+//! Slow tests of sheets, by what the crate gives to others. `CULLET_SEEDS` says over how
+//! many seeds some of them go.
 
 mod kit;
 mod mud;

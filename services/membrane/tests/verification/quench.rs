@@ -81,22 +81,3 @@ fn a_cooled_edge_cracks_across() {
         assert!(4 * upright >= 3 * all.len(), "{leans:?}");
     }
 }
-
-/// The rows of the reference: after 16 s, for two times of the ramp.
-#[test]
-#[ignore = "some minutes"]
-fn t12_over_shocks() {
-    for rise in [3.0, 8.0] {
-        for strain in [0.005, 0.007, 0.01, 0.015] {
-            for seed in 1..=2 {
-                let all = quenched(strain, rise, 16.0, seed);
-                let leans: Vec<f64> = all.iter().map(lean).collect();
-                println!(
-                    "{rise} s, {:.1} %, seed {seed}: {} cracks, {leans:.0?}",
-                    strain * 1e2,
-                    all.len()
-                );
-            }
-        }
-    }
-}

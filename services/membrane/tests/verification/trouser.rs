@@ -99,18 +99,3 @@ fn legs_are_drawn_with_half_of_gh() {
     assert!((0.9..1.2).contains(&spent), "{spent}");
     assert!(angle.abs() < 5.0, "{angle}");
 }
-
-/// The same for several speeds and seeds: a row each.
-#[test]
-#[ignore = "some minutes"]
-fn t11_over_speeds() {
-    for (speed, pace) in [(0.3, 100.0), (0.15, 100.0), (0.075, 100.0), (0.15, 200.0)] {
-        for seed in 1..=2 {
-            let Tear { force, spent, beside, angle, .. } = torn(speed, pace, seed);
-            println!(
-                "{speed} m/s, pace {pace}, seed {seed}: F {force:.3} Gh/2, spent {spent:.3} G, \
-                 {beside:.3} beside, {angle:.1}°"
-            );
-        }
-    }
-}
