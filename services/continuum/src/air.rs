@@ -32,6 +32,12 @@ pub fn acts(air: &SheetAir) -> bool {
     (air.density > 0.0 && air.drag > 0.0) || air.pressure != 0.0
 }
 
+/// Whether it moves what is at rest.
+#[must_use]
+pub fn blows(air: &SheetAir) -> bool {
+    acts(air) && (air.wind != Vec3::zeros() || air.pressure != 0.0)
+}
+
 /// Share of a point's velocity across the sheet that drag would take in a step \[1\]: by the old
 /// velocity alone it would turn the point back where this is above 1 (F94m).
 #[must_use]

@@ -1,4 +1,4 @@
-//! How fast the waves of a sheet are. A film's real waves take ten million steps for a few seconds;
+//! How fast the waves of a body are. A film's real waves take ten million steps for a few seconds;
 //! a declared pace takes fewer, and what it costs is reported.
 
 use cullet_model::sheet_check::MOST_CRITICAL;
@@ -30,10 +30,10 @@ impl WorkingPace {
             return Ok(whole);
         };
         if speed.is_nan() || speed <= 0.0 {
-            let what = "the working wave speed of a sheet [m/s]";
+            let what = "the working wave speed [m/s]";
             return Err(Refusal::OutOfRange { what, value: speed, low: 1e-3, high: real });
         }
-        // A sheet that is slower already stays as it is.
+        // A body that is slower already stays as it is.
         if speed >= real {
             return Ok(whole);
         }

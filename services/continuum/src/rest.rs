@@ -1,24 +1,16 @@
 //! Pieces at rest: after half a second on something that carries them they are not simulated any
 //! more, until something that moves comes near.
 
-use crate::pieces::PieceRecord;
+use crate::pieces::{PieceRecord, patience};
 use crate::rigid::RigidProxy;
 use crate::tree::{BoxTree, SpaceBox};
 use cullet_geometry::Vec3;
 
-/// How long a piece must be at rest \[s\].
-const TIME: f64 = 0.5;
 /// Greatest speed of a point of a piece at rest \[m/s\]: half of what free fall gives in one step
 /// of a world of 1/240 s.
 const SPEED: f64 = 0.02;
 /// Fewest points of a piece that is frozen or wakes others.
-const POINTS: u32 = 6;
-
-/// Steps of the world after which a piece at rest is frozen.
-#[must_use]
-pub fn patience(world_step: f64) -> u32 {
-    (TIME / world_step).ceil().max(1.0) as u32
-}
+pub const POINTS: u32 = 6;
 
 /// Where a piece is and how it moves.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,7 +1,7 @@
 //! Pieces at rest as rigid bodies of their shape.
 
+use crate::pieces::patience;
 use crate::pieces::{GONE, PieceRecord};
-use crate::rest::patience;
 use cullet_geometry::midsurface::thicken;
 use cullet_geometry::{Solid, TriMesh, Vec3};
 use cullet_model::{Refusal, SettledPiece};
@@ -78,8 +78,8 @@ pub fn settled(
 #[cfg(test)]
 mod tests {
     use super::{retire, settled};
+    use crate::pieces::patience;
     use crate::pieces::{GONE, PieceRecord, gone_points};
-    use crate::rest::patience;
     use cullet_geometry::Vec3;
 
     #[test]

@@ -9,7 +9,7 @@ use crate::state::SheetState;
 use crate::steps::{MOST_LENGTH, SheetRun};
 use crate::surface::TornSurface;
 use cullet_continuum::RigidProxy;
-use cullet_continuum::rest::patience;
+use cullet_continuum::pieces::torn_pieces;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::STRENGTH_RATIO;
 use cullet_model::sheet_check::MOST_SWELLING;
@@ -212,29 +212,9 @@ impl MembraneWindow {
     }
 
     fn pieces(&self) -> Vec<TornPiece> {
-        let state = &self.run.state;
-        let patience = patience(self.run.prepared.setup.world_step);
-        let mut pieces: Vec<TornPiece> = state
-            .pieces
-            .iter()
-            .filter(|piece| !piece.is_gone())
-            .map(|piece| TornPiece {
-                number: piece.number,
-                parent: piece.parent,
-                born: piece.born,
-                mass: 0.0,
-                area: 0.0,
-                frozen: piece.still >= patience,
-            })
-            .collect();
-        pieces.sort_by_key(|piece| piece.number);
-        for (i, &label) in state.labels.iter().enumerate() {
-            if let Ok(slot) = pieces.binary_search_by_key(&label, |piece| piece.number) {
-                pieces[slot].mass += self.run.masses[i][0];
-                pieces[slot].area += self.run.prepared.points.areas[i];
-            }
-        }
-        pieces
+        let (state, prepared) = (&self.run.state, &self.run.prepared);
+        let of = |i: usize| (self.run.masses[i][0], prepared.points.areas[i]);
+        torn_pieces(&state.labels, &state.pieces, prepared.setup.world_step, of)
     }
 
     /// Length of cracks at rest times the thickness \[m²\]: what their bonds would have cost where

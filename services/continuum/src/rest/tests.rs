@@ -1,5 +1,5 @@
-use super::{POINTS, RestCheck, SPEED, patience};
-use crate::pieces::{GONE, PieceRecord};
+use super::{POINTS, RestCheck, SPEED};
+use crate::pieces::{GONE, PieceRecord, patience};
 use cullet_geometry::Vec3;
 
 const STEP: f64 = 1.0 / 240.0;

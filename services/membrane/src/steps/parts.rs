@@ -7,8 +7,8 @@ use crate::pieces::components;
 use crate::state::SheetState;
 use cullet_continuum::TouchedPoints;
 use cullet_continuum::air;
-use cullet_continuum::pieces::renumber;
-use cullet_continuum::rest::{RestCheck, patience};
+use cullet_continuum::pieces::{frozen_points, renumber};
+use cullet_continuum::rest::RestCheck;
 use cullet_geometry::Vec3;
 use std::sync::Arc;
 
@@ -52,10 +52,8 @@ impl SheetRun {
     pub(super) fn rest(&mut self) {
         let prepared = Arc::clone(&self.prepared);
         let sheet = prepared.sheet();
-        let blows =
-            air::acts(&sheet.air) && (sheet.air.wind != Vec3::zeros() || sheet.air.pressure != 0.0);
         // What still spreads may move it again.
-        if blows || prepared.diffusion.is_some() {
+        if air::blows(&sheet.air) || prepared.diffusion.is_some() {
             return;
         }
         let held: Vec<bool> = self.grips.holders.iter().map(|&holder| holder != FREE).collect();
@@ -136,15 +134,7 @@ impl SheetRun {
 
     /// Marks the points of pieces at rest.
     pub(super) fn freeze(&mut self) {
-        let patience = patience(self.prepared.setup.world_step);
-        let mut still: Vec<u32> = Vec::new();
-        for piece in &self.state.pieces {
-            let number = piece.number as usize;
-            still.resize(still.len().max(number + 1), 0);
-            still[number] = piece.still;
-        }
-        for (frozen, &label) in self.frozen.iter_mut().zip(&self.state.labels) {
-            *frozen = still[label as usize] >= patience;
-        }
+        let (state, world_step) = (&self.state, self.prepared.setup.world_step);
+        self.frozen = frozen_points(&state.labels, &state.pieces, world_step);
     }
 }

@@ -1,5 +1,6 @@
 //! How fast the waves of a soft solid are.
 
+use cullet_continuum::WorkingPace;
 use cullet_model::{BondedSolid, Hardening, Material, MembranePace, Refusal};
 
 /// What a pace makes of a body.
@@ -24,26 +25,9 @@ impl SolidPace {
         bonds: &BondedSolid,
         pace: MembranePace,
     ) -> Result<Self, Refusal> {
-        let real = (material.young / material.density).sqrt();
-        let whole = Self { material: *material, bonds: *bonds, inertia: 1.0, speed: real };
-        let (MembranePace::Softer(speed) | MembranePace::Heavier(speed)) = pace else {
-            return Ok(whole);
-        };
-        if speed.is_nan() || speed <= 0.0 {
-            let what = "the working wave speed of a soft solid [m/s]";
-            return Err(Refusal::OutOfRange { what, value: speed, low: 1e-3, high: real });
-        }
-        // A body that is slower already stays as it is.
-        if speed >= real {
-            return Ok(whole);
-        }
-        if let MembranePace::Heavier(_) = pace {
-            let inertia = real * real / (speed * speed);
-            return Ok(Self { inertia, speed, ..whole });
-        }
+        let working = WorkingPace::new(material.young, material.density, pace)?;
+        let WorkingPace { young, inertia, speed, stretches: more } = working;
         // All stretches at which something happens grow by `more`; G stays by itself.
-        let more = real / speed;
-        let young = material.density * speed * speed;
         let failure_stress = material.failure_stress / more;
         let softer = |h: Hardening| Hardening {
             yield_stress: h.yield_stress / more,
@@ -53,8 +37,8 @@ impl SolidPace {
         Ok(Self {
             material: Material { young, failure_stress, ..*material },
             bonds: BondedSolid { hardening: bonds.hardening.map(softer), ..*bonds },
+            inertia,
             speed,
-            ..whole
         })
     }
 }

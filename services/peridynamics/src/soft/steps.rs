@@ -6,12 +6,14 @@
 
 use super::air;
 use super::grips::{FREE, GripsNow};
-use super::pieces::{SolidRest, components, frozen_points, renumber};
+use super::pieces::components;
 use super::prepared::PreparedSoftSolid;
 use super::state::SoftSolidState;
 use super::touch::TouchingPairs;
 use crate::law::PartedContact;
-use cullet_continuum::pieces::gone_points;
+use cullet_continuum::air as blowing;
+use cullet_continuum::pieces::{frozen_points, gone_points, renumber};
+use cullet_continuum::rest::RestCheck;
 use cullet_continuum::{RigidProxy, TouchedPoints};
 use cullet_geometry::Vec3;
 use cullet_model::SheetAir;
@@ -92,6 +94,8 @@ pub(super) struct SolidRun {
     broke: bool,
     inner: Vec<Vec3>,
     touch: Vec<Vec3>,
+    /// Points that a rigid body has pushed in this step of the world.
+    touched: Vec<bool>,
     after: Vec<Vec3>,
     held: Vec<Vec3>,
     led: Vec<Vec3>,
@@ -129,6 +133,7 @@ impl SolidRun {
             broke: state.step == 0,
             inner: none(),
             touch: none(),
+            touched: vec![false; count],
             after: none(),
             held: none(),
             led: none(),
@@ -179,10 +184,11 @@ impl SolidRun {
         if self.grips.update(&self.prepared.grips, count, time) {
             self.state.domain.strengthen(&self.grips.strengths);
         }
+        self.touched.fill(false);
         for proxy in &mut self.proxies {
             proxy.begin(self.number, self.prepared.setup.world_step);
         }
-        if air::acts(&self.prepared.body().air) {
+        if blowing::acts(&self.prepared.body().air) {
             self.areas = self.areas_now();
         }
     }
@@ -216,16 +222,19 @@ impl SolidRun {
 
     /// Finds which pieces are at rest, and stops those that have been for long.
     fn rest(&mut self) {
-        if air::blows(&self.prepared.body().air) {
+        if blowing::blows(&self.prepared.body().air) {
             return;
         }
         let held: Vec<bool> = self.grips.holders.iter().map(|&holder| holder != FREE).collect();
         let SoftSolidState { domain, labels, pieces, .. } = &mut self.state;
-        let rest = SolidRest {
+        let pressed = self.pairs.pressed(domain);
+        let rest = RestCheck {
             labels,
             places: &domain.places,
             velocities: &domain.velocities,
             held: &held,
+            touched: &self.touched,
+            pressed: &pressed,
             proxies: &self.proxies,
             spacing: self.prepared.body().spacing,
             world_step: self.prepared.setup.world_step,
@@ -324,6 +333,9 @@ impl SolidRun {
         for proxy in &mut self.proxies {
             proxy.touch(&points, gravity, &mut self.touch);
         }
+        for (touched, force) in self.touched.iter_mut().zip(&self.touch) {
+            *touched |= *force != Vec3::zeros();
+        }
     }
 
     /// Forces and kicks of one step.
@@ -350,8 +362,9 @@ impl SolidRun {
             run: self,
             dt,
             gravity: prepared.setup.gravity,
-            air: air::acts(&body.air)
-                .then(|| (&body.air, air::wind(&body.air, prepared.setup.seed, end - 0.5 * dt))),
+            air: blowing::acts(&body.air).then(|| {
+                (&body.air, blowing::wind(&body.air, prepared.setup.seed, end - 0.5 * dt))
+            }),
             kept: libm::exp(-prepared.pace.bonds.air_damping * dt),
         };
         let tasks = self.masses.len().div_ceil(TASK);
@@ -410,7 +423,7 @@ impl SolidRun {
             ties.iter().for_each(|bond| domain.left[bond.group].0[bond.lane] = 0.0);
             self.books.sums.broken += before - domain.elastic_now();
         }
-        renumber(&found, labels, pieces, *step);
+        renumber(&found, &domain.volumes, labels, pieces, *step);
         domain.move_apart(labels);
     }
 }

@@ -54,6 +54,14 @@ impl TouchingPairs {
         }
     }
 
+    /// Those of different parts that press on each other now.
+    pub(super) fn pressed(&self, domain: &PeridynamicDomain) -> Vec<[u32; 2]> {
+        let reach = REACH * libm::cbrt(domain.volumes[0]);
+        let apart = |p: u32, q: u32| domain.places[p as usize] - domain.places[q as usize];
+        let near = |&&[p, q]: &&[u32; 2]| apart(p, q).norm() < reach;
+        self.pairs.iter().filter(near).copied().collect()
+    }
+
     /// Adds their forces \[N\] in a step of `dt` \[s\].
     pub(super) fn push(
         &self,

@@ -6,6 +6,7 @@ use super::steps::SolidRun;
 use super::surface::{CarriedSurface, HeldBonds, TornSolid};
 use crate::domain::limits::MOST_DRIFT;
 use cullet_continuum::RigidProxy;
+use cullet_continuum::pieces::torn_pieces;
 use cullet_geometry::Vec3;
 use cullet_model::{
     Continuum, ContinuumSetup, Failure, Figure, MembranePace, MovingSurface, Refusal, SurfaceFrame,
@@ -206,28 +207,8 @@ impl SoftSolidWindow {
 
     fn pieces(&self) -> Vec<TornPiece> {
         let (state, prepared) = (&self.run.state, &self.run.prepared);
-        let patience = cullet_continuum::rest::patience(prepared.setup.world_step);
-        let mut pieces: Vec<TornPiece> = state
-            .pieces
-            .iter()
-            .filter(|piece| !piece.is_gone())
-            .map(|piece| TornPiece {
-                number: piece.number,
-                parent: piece.parent,
-                born: piece.born,
-                mass: 0.0,
-                area: 0.0,
-                frozen: piece.still >= patience,
-            })
-            .collect();
-        pieces.sort_by_key(|piece| piece.number);
-        for (p, &label) in state.labels.iter().enumerate() {
-            if let Ok(slot) = pieces.binary_search_by_key(&label, |piece| piece.number) {
-                pieces[slot].mass += self.run.masses[p][0];
-                pieces[slot].area += prepared.areas[p].norm();
-            }
-        }
-        pieces
+        let of = |p: usize| (self.run.masses[p][0], prepared.areas[p].norm());
+        torn_pieces(&state.labels, &state.pieces, prepared.setup.world_step, of)
     }
 
     /// Area of cracks at rest \[m²\]: a plane cuts ½Σwl₀ of bonds over its area, counted at both

@@ -3,7 +3,7 @@
 use super::run::SoftShellRun;
 use super::window::WallWindow;
 use crate::domain::TIP_FACTOR;
-use cullet_continuum::rest::patience;
+use cullet_continuum::pieces::torn_pieces;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::STRENGTH_RATIO;
 use cullet_model::{Failure, Figure, MembranePace, SweptExtent, TornPiece, WindowLedger};
@@ -75,29 +75,12 @@ impl<const N: usize> WallWindow<N> {
 
     pub(super) fn pieces(&self) -> Vec<TornPiece> {
         let (state, prepared) = (&self.run.state, &self.run.prepared);
-        let patience = patience(prepared.setup.world_step);
-        let mut pieces: Vec<TornPiece> = state
-            .pieces
-            .iter()
-            .map(|piece| TornPiece {
-                number: piece.number,
-                parent: piece.parent,
-                born: piece.born,
-                mass: 0.0,
-                area: 0.0,
-                frozen: piece.still >= patience,
-            })
-            .collect();
-        pieces.sort_by_key(|piece| piece.number);
         let density = state.domain.density / prepared.pace.inertia;
-        for (p, &label) in state.labels.iter().enumerate() {
-            if let Ok(slot) = pieces.binary_search_by_key(&label, |piece| piece.number) {
-                let point = state.domain.state(p);
-                pieces[slot].mass += density * point.area * point.thickness;
-                pieces[slot].area += point.area;
-            }
-        }
-        pieces
+        let of = |p: usize| {
+            let point = state.domain.state(p);
+            (density * point.area * point.thickness, point.area)
+        };
+        torn_pieces(&state.labels, &state.pieces, prepared.setup.world_step, of)
     }
 
     pub(super) fn figures(&self) -> Vec<Figure> {

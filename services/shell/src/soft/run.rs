@@ -12,8 +12,9 @@ use super::pairs::{MeetingPairs, PairSearch};
 use super::prepared::PreparedWall;
 use super::state::SoftShellState;
 use super::touch::{TouchInput, TouchablePoints};
+use cullet_continuum::pieces::patience;
 use cullet_continuum::pieces::renumber;
-use cullet_continuum::rest::{RestCheck, patience};
+use cullet_continuum::rest::RestCheck;
 use cullet_continuum::{RigidProxy, air};
 use cullet_geometry::Vec3;
 use std::sync::Arc;
@@ -237,9 +238,7 @@ impl<const N: usize> SoftShellRun<N> {
 
     /// Finds which pieces are at rest, and stops those that have been for long.
     fn rest(&mut self) {
-        let air = &self.prepared.body.air;
-        let blows = air::acts(air) && (air.wind != Vec3::zeros() || air.pressure != 0.0);
-        if !blows {
+        if !air::blows(&self.prepared.body.air) {
             self.count_rest();
         }
         self.freeze();

@@ -3,7 +3,7 @@
 use super::super::SoftSolidState;
 use super::*;
 use cullet_continuum::pieces::GONE;
-use cullet_continuum::rest::patience;
+use cullet_continuum::pieces::patience;
 use cullet_model::BodyCut;
 
 /// A block of 0.12 × 0.06 × 0.06 m that is cut in two at x = 0.018, both parts at rest.

@@ -1,8 +1,8 @@
 //! Pieces of a soft solid that have come to rest, as rigid bodies.
 
-use super::super::pieces::POINTS;
 use super::super::surface::{HeldBonds, TornSolid};
 use super::SoftSolidWindow;
+use cullet_continuum::rest::POINTS;
 use cullet_continuum::settled::{MOST_SETTLED, settled};
 use cullet_model::{SettledPiece, TornPiece};
 use std::collections::BTreeMap;
