@@ -198,3 +198,12 @@ fn a_block_rests_with_its_surface_on_a_plate() {
     // The plate's top is at -0.022 m.
     assert!((lowest + 0.022).abs() < 0.001, "{lowest}");
 }
+
+/// Nothing carries it: at the top of its way what flies is as slow as what lies.
+#[test]
+fn a_block_in_free_flight_is_never_at_rest() {
+    let prepared = prepared(&block([0.06, 0.06, 0.06], 0.015, elastic()));
+    let outcome = solved(&prepared, None, window(0, 150, vec![])).unwrap();
+    assert!(outcome.extent.speed < 1e-9, "{:?}", outcome.extent);
+    assert!(outcome.pieces.iter().all(|piece| !piece.frozen), "{:?}", outcome.pieces);
+}
