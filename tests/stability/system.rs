@@ -84,7 +84,9 @@ fn told(line: &str) -> Result<Vec<String>, String> {
 fn f77_mistaken_units_are_refused_or_told() {
     assert_eq!(told(""), Ok(Vec::new()));
     let kilo = told("strength = \"10 kPa\"").expect_err("too weak");
-    assert!(kilo.contains("strength over Young's modulus must lie in [1e-5, 0.1]"), "{kilo}");
+    assert!(kilo.contains("strength over Young's modulus must lie in [1e-5, 20]"), "{kilo}");
+    let giga = told("strength = \"10 GPa\"").expect_err("too strong for a rigid body that breaks");
+    assert!(giga.contains("strength over Young's modulus must lie in [1e-5, 0.1]"), "{giga}");
     let cases = [
         ("fracture_energy = 0.01", "K_Ic = √(E·G_f) is"),
         ("fracture_energy = 9e6", "K_Ic = √(E·G_f) is"),

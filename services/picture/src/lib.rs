@@ -3,6 +3,7 @@
 
 mod camera;
 mod change;
+mod corners;
 mod direct;
 mod exhibit;
 mod film;
@@ -201,8 +202,8 @@ fn caption(track: &Track, time: f64) -> String {
     let pieces: usize = track.sheets.iter().map(|it| it.pieces(time)).sum();
     let torn = match (track.sheets.len(), pieces) {
         (sheets, pieces) if pieces <= sheets => String::new(),
-        (1, pieces) => format!("  sheet in {pieces} pieces"),
-        (sheets, pieces) => format!("  {sheets} sheets in {pieces} pieces"),
+        (1, pieces) => format!("  in {pieces} pieces"),
+        (bodies, pieces) => format!("  {bodies} bodies in {pieces} pieces"),
     };
     bodies_caption(track, time) + &torn
 }

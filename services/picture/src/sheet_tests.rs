@@ -190,7 +190,7 @@ fn a_still_shows_half_of_the_tear() {
     let moments = direct::moments(&track);
     assert!((moments[4] - track.end * 4.0 / 7.0).abs() < 1e-9, "{moments:?}");
     let (before, after) = (caption(&track, tears - 0.01), caption(&track, tears + 0.1));
-    assert_eq!((&before[..], &after[..]), ("0.490 s", "0.600 s  sheet in 2 pieces"));
+    assert_eq!((&before[..], &after[..]), ("0.490 s", "0.600 s  in 2 pieces"));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Sheets over time: surfaces whose points move, with both of their faces.
 
 use super::camera::Camera;
+use super::corners::corner_normals;
 use super::light::Light;
 use super::raster::{Buffers, ScreenCorner};
 use cullet_geometry::Vec3;
@@ -197,20 +198,25 @@ impl SheetActor {
             let point = at.shape.vertices[v as usize].point as usize;
             at.quantity.get(point).map_or(0.0, |&value| scale.share(value))
         };
-        for &[a, b, c] in &at.shape.triangles {
+        // What closes by itself has edges.
+        let creased = (!at.shape.is_thick())
+            .then(|| corner_normals(&drawn.places, &at.shape.triangles, |_, _| true));
+        for (t, &[a, b, c]) in at.shape.triangles.iter().enumerate() {
             if [a, b, c].iter().any(|&v| locals[v as usize].z <= nearest) {
                 continue;
             }
-            let mut show = |[a, b, c]: [u32; 3], side: f64| {
+            let smooth = || [a, b, c].map(|v| drawn.normals[v as usize]);
+            let own = creased.as_ref().map_or_else(smooth, |all| all[t]);
+            let mut show = |[a, b, c]: [u32; 3], own: [Vec3; 3]| {
                 let three = [a, b, c].map(|v| corners[v as usize]);
-                let normals = || [a, b, c].map(|v| drawn.normals[v as usize] * side);
+                let normals = || own;
                 let tints = self.scale.as_ref().map(|scale| [a, b, c].map(|v| tint(scale, v)));
                 seen.tinted_triangle(three, who, tints, normals);
             };
-            show([a, b, c], 1.0);
+            show([a, b, c], own);
             // What has no thickness may be open: one of two shows its face to the eye.
             if !at.shape.is_thick() {
-                show([a, c, b], -1.0);
+                show([a, c, b], [0, 2, 1].map(|k: usize| -own[k]));
             }
         }
     }

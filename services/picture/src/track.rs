@@ -1,5 +1,6 @@
 //! The bodies of a recording over time.
 
+use super::corners::corner_normals;
 use super::sheets::{SheetActor, SheetPlaces};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
@@ -9,9 +10,6 @@ use cullet_record::{PoseRow, Recording, Trace, traces};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-
-/// Faces that meet at less than this are shaded as one curved surface: cosine of 40°.
-const CREASE: f64 = 0.766;
 
 /// Stands for the number of any grain.
 const GRAIN: u64 = u64::MAX;
@@ -202,32 +200,14 @@ impl Mesh {
         let mesh = &solid.mesh;
         let crack: Vec<bool> =
             solid.surface.iter().map(|s| matches!(s, Surface::Crack { .. })).collect();
-        let area_normals: Vec<Vec3> = (0..mesh.triangles.len())
-            .map(|t| {
-                let [a, b, c] = mesh.corners(t);
-                (b - a).cross(&(c - a))
-            })
-            .collect();
-        let mut around: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
-        for (t, corners) in (0u32..).zip(&mesh.triangles) {
-            corners.iter().for_each(|&v| around[v as usize].push(t));
-        }
-        let unit = |n: &Vec3| n.try_normalize(1e-300).unwrap_or_else(Vec3::zeros);
-        let normal = |t: usize, v: u32| {
-            let own = unit(&area_normals[t]);
-            let alike = around[v as usize].iter().filter(|&&other| {
-                let other = other as usize;
-                crack[other] == crack[t] && unit(&area_normals[other]).dot(&own) > CREASE
-            });
-            unit(&alike.map(|&other| area_normals[other as usize]).sum::<Vec3>())
-        };
-        let normals = mesh.triangles.iter().enumerate().map(|(t, c)| c.map(|v| normal(t, v)));
+        let alike = |t: usize, other: usize| crack[other] == crack[t];
+        let normals = corner_normals(&mesh.vertices, &mesh.triangles, alike);
         let mut bounds = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         for vertex in &mesh.vertices {
             bounds = [bounds[0].inf(vertex), bounds[1].sup(vertex)];
         }
         Self {
-            normals: normals.collect(),
+            normals,
             vertices: mesh.vertices.clone(),
             triangles: mesh.triangles.clone(),
             crack,
