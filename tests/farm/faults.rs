@@ -80,7 +80,7 @@ fn windows_of_sheets_go_through_kills_to_the_digest_of_a_quiet_run() {
     assert_eq!(alone.wait(Duration::from_secs(120)), Some(0), "{}", alone.stderr());
     let mut run = started("3", &out);
     let mut killed = 0;
-    while killed < 4 && !run.ended() {
+    while killed < 6 && !run.ended() {
         // A window bears two losses: another is at work by the next.
         if let Some(worker) = busy(run.id()) {
             signal(worker, "KILL");

@@ -24,7 +24,7 @@ fn preset_or(value: f64) -> String {
 const PRESET: &str = "the preset's, but required without `preset`";
 
 /// A material: either all its values, or a preset and the values that differ from it. Of a material
-/// that breaks, `strength` over `young` is from 1e-5 to 0.1.
+/// that breaks, `strength` over `young` is from 1e-5 to 0.1, or to 20 in what moves as it deforms.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
