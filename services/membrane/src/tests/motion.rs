@@ -1,7 +1,7 @@
 //! Modes of docs/failures.md that concern how a sheet moves, and what touches it.
 
 use super::{begun, figure, grip, harmless, setup, solve, solve_from, warns, window, with};
-use crate::crossings::crossings;
+use cullet_continuum::crossings::crossings;
 use crate::detectors::{self, SheetCondition, WindowExtremes, pressed_through};
 use crate::prepared::PreparedMembrane;
 use crate::state::SheetState;

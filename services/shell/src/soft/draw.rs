@@ -134,6 +134,22 @@ impl PartedSurface {
         self.severed == severed && self.dead == dead
     }
 
+    /// The point that each of its triangles is of.
+    pub(super) fn owners<const N: usize>(&self, domain: &ShellDomain<f64, N>) -> Vec<u32> {
+        let drawn = (0..domain.points()).filter(|&p| domain.is_on(p) && !self.dead[p]);
+        drawn.flat_map(|p| [p as u32; 2]).collect()
+    }
+
+    /// Mean thickness of the points at each of its vertices, before anything moved \[m\].
+    pub(super) fn thickness<const N: usize>(&self, domain: &ShellDomain<f64, N>) -> Vec<f64> {
+        let of = |two: &[u32]| {
+            let own = &self.corners[two[0] as usize..two[1] as usize];
+            let at = |&c: &u32| domain.state(c as usize / CORNERS).thickness;
+            own.iter().map(at).sum::<f64>() / own.len() as f64
+        };
+        self.starts.windows(2).map(of).collect()
+    }
+
     /// Where its vertices are now \[m\].
     pub(super) fn places<const N: usize>(&self, domain: &ShellDomain<f64, N>) -> Vec<Vec3> {
         let (_, now) = domain.node_places();

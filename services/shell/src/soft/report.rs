@@ -1,6 +1,7 @@
 //! What a window reports: its ledger, pieces, figures and warnings.
 
 use super::run::SoftShellRun;
+use super::state::RetiredShare;
 use super::window::WallWindow;
 use crate::domain::TIP_FACTOR;
 use cullet_continuum::pieces::torn_pieces;
@@ -40,9 +41,8 @@ impl<const N: usize> WallWindow<N> {
         let grew = kinetic + stretching + bending - self.start.kinetic - self.start.stored;
         let spent = books.broken + books.plastic + books.damped;
         let given = books.air + books.grips + books.gravity + books.bodies;
-        let mass: f64 = run.state.domain.mass.iter().sum();
         WindowLedger {
-            mass: mass / run.prepared.pace.inertia,
+            mass: run.state.mass() / run.prepared.pace.inertia,
             momentum: own.into(),
             angular_momentum: run.angular_momentum().into(),
             momentum_residual: (books.impulse - (own - self.start.momentum)).into(),
@@ -103,6 +103,11 @@ impl<const N: usize> WallWindow<N> {
         if prepared.breaks {
             figures.push(("tip_strength", "Pa", self.tip_strength()));
             figures.push((STRENGTH_RATIO, "1", self.tip_strength() / prepared.strength));
+        }
+        if self.retired != RetiredShare::default() {
+            let inertia = prepared.pace.inertia;
+            figures.push(("retired_mass", "kg", self.retired.mass / inertia));
+            figures.push(("retired_energy", "J", self.retired.energy));
         }
         let named = |(name, unit, value): (&str, &str, f64)| Figure {
             name: name.to_owned(),
@@ -173,10 +178,11 @@ impl<const N: usize> WallWindow<N> {
     pub(super) fn extent(&self) -> SweptExtent {
         let domain = &self.run.state.domain;
         let (_, places) = domain.node_places();
-        // Dust is left where it fell apart.
+        // Dust is left where it fell apart. Where nothing is left, it is where it was.
         let moves = domain.moves();
-        let places: Vec<Vec3> =
-            places.into_iter().zip(moves).filter(|(_, moves)| *moves).map(|(x, _)| x).collect();
+        let none = !moves.contains(&true);
+        let here = |(x, moves): (Vec3, bool)| (moves || none).then_some(x);
+        let places: Vec<Vec3> = places.into_iter().zip(moves).filter_map(here).collect();
         let bound = |pick: fn(f64, f64) -> f64, from: f64| -> [f64; 3] {
             std::array::from_fn(|k| places.iter().map(|x| x[k]).fold(from, pick))
         };
