@@ -141,8 +141,7 @@ fn wall_solid(triangles: &[[u32; 3]], places: &[Vec3], thickness: &[f64]) -> Opt
     let mut moved: Vec<Vec3> = corners.iter().map(|&v| places[v as usize]).collect();
     for (corner, &v) in corners.iter().enumerate().filter(|(_, v)| fans[**v as usize] > 1) {
         let around = triangles.iter().filter(|t| t.contains(&(corner as u32))).flatten();
-        let around: Vec<Vec3> =
-            around.map(|&c| places[corners[c as usize] as usize]).collect();
+        let around: Vec<Vec3> = around.map(|&c| places[corners[c as usize] as usize]).collect();
         let middle = around.iter().sum::<Vec3>() / around.len() as f64;
         moved[corner] += (middle - places[v as usize]) * DRAWN_BACK;
     }
@@ -246,8 +245,10 @@ mod tests {
     /// third wall at an edge makes that no surface, which is counted.
     #[test]
     fn parts_that_meet_in_a_corner_are_one_body_and_what_bounds_nothing_is_told() {
-        let square = |x: f64, y: f64| [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-            .map(|[u, v]| Vec3::new(x + u, y + v, 0.0));
+        let square = |x: f64, y: f64| {
+            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+                .map(|[u, v]| Vec3::new(x + u, y + v, 0.0))
+        };
         let mut places = square(0.0, 0.0).to_vec();
         places.extend(&square(1.0, 1.0)[1..]);
         places.push(Vec3::new(0.5, 0.5, 1.0));
@@ -259,14 +260,8 @@ mod tests {
         let volume = mesh.signed_volume();
         assert!((0.19..0.2).contains(&volume), "{volume}");
         let crowded = vec![[0, 1, 2], [0, 2, 3], [0, 2, 7]];
-        let torn = |number| TornPiece {
-            number,
-            parent: 0,
-            born: 0,
-            mass: 1.0,
-            area: 1.0,
-            frozen: true,
-        };
+        let torn =
+            |number| TornPiece { number, parent: 0, born: 0, mass: 1.0, area: 1.0, frozen: true };
         let own = BTreeMap::from([(1, two), (4, crowded)]);
         let offer = SettledOffer::of(&[1, 2, 4].map(torn), &own, &places, &thickness);
         let numbers: Vec<u32> = offer.settled.iter().map(|piece| piece.number).collect();

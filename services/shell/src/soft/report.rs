@@ -75,12 +75,17 @@ impl<const N: usize> WallWindow<N> {
 
     pub(super) fn pieces(&self) -> Vec<TornPiece> {
         let (state, prepared) = (&self.run.state, &self.run.prepared);
-        let density = state.domain.density / prepared.pace.inertia;
-        let of = |p: usize| {
-            let point = state.domain.state(p);
-            (density * point.area * point.thickness, point.area)
-        };
-        torn_pieces(&state.labels, &state.pieces, prepared.setup.world_step, of)
+        let of = |p: usize| (0.0, state.domain.state(p).area);
+        let world_step = prepared.setup.world_step;
+        let mut torn = torn_pieces(&state.labels, &state.pieces, world_step, of);
+        // Points weigh what control points do, less what corners of the wall hold between them.
+        for (mass, number) in state.domain.mass.iter().zip(state.node_pieces()) {
+            let Some(number) = number else { continue };
+            if let Ok(slot) = torn.binary_search_by_key(&number, |piece| piece.number) {
+                torn[slot].mass += mass / prepared.pace.inertia;
+            }
+        }
+        torn
     }
 
     pub(super) fn figures(&self) -> Vec<Figure> {

@@ -76,18 +76,27 @@ impl<const N: usize> SoftShellState<N> {
 
     /// Mass of the control points of pieces that are here \[kg\].
     pub(super) fn mass(&self) -> f64 {
+        let mass = &self.domain.mass;
+        if !self.pieces.iter().any(PieceRecord::is_gone) {
+            return mass.iter().sum();
+        }
+        let here = mass.iter().zip(self.node_pieces());
+        here.filter(|(_, piece)| piece.is_some()).map(|(mass, _)| mass).sum()
+    }
+
+    /// The piece that is here of each control point; that of dust where it moves nothing else.
+    pub(super) fn node_pieces(&self) -> Vec<Option<u32>> {
         let domain = &self.domain;
         let gone = gone_points(&self.labels, &self.pieces);
-        if !gone.contains(&true) {
-            return domain.mass.iter().sum();
+        let mut pieces = vec![None; domain.mass.len()];
+        for dead in [true, false] {
+            for p in domain.live().filter(|&p| !gone[p] && domain.state(p).dead == dead) {
+                let (nodes, shares) = domain.functions(p);
+                let moved = nodes.iter().zip(shares).filter(|(_, share)| **share != 0.0);
+                moved.for_each(|(&n, _)| pieces[n as usize] = Some(self.labels[p]));
+            }
         }
-        let mut here = vec![false; domain.mass.len()];
-        for p in domain.live().filter(|&p| !gone[p]) {
-            let (nodes, shares) = domain.functions(p);
-            let any = nodes.iter().zip(shares).filter(|(_, share)| **share != 0.0);
-            any.for_each(|(&n, _)| here[n as usize] = true);
-        }
-        domain.mass.iter().zip(here).filter(|(_, here)| *here).map(|(mass, _)| mass).sum()
+        pieces
     }
 
     /// What of it is no number.

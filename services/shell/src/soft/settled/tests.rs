@@ -63,6 +63,7 @@ impl CutSheet {
         let first = solved(&prepared, None, retiring(0, 1, None));
         let mut state = SoftShellState::decode(wall(&prepared), &first.state).unwrap();
         state.pieces.iter_mut().for_each(|piece| piece.still = patience(WORLD_STEP));
+        state.domain.velocity.fill(Vec3::zeros());
         Self { prepared, state }
     }
 
@@ -186,14 +187,15 @@ fn a_slit_has_two_walls_and_a_bent_sheet_is_bent() {
     let [piece] = &bent.settled[..] else { panic!("{:?}", bent.figures) };
     let mesh = &piece.solid.mesh;
     assert!(mesh.is_closed());
-    let off = |v: &Vec3| {
-        let v = v + piece.place;
-        ((v.x * v.x + v.z * v.z).sqrt() - radius).abs()
-    };
-    let off = mesh.vertices.iter().map(off).fold([f64::MAX, 0.0], |[least, most], off| {
-        [least.min(off), most.max(off)]
-    });
-    assert!(off[0] > 0.3 * t && off[1] < 0.7 * t, "{off:?}");
+    // The walls are a thickness apart, and their middle is the tube that control points are around.
+    let (front, back) = mesh.vertices.split_at(mesh.vertices.len() / 2);
+    for (front, back) in front.iter().zip(back) {
+        let apart = (front - back).norm() / t;
+        assert!((0.999..1.03).contains(&apart), "{apart}");
+        let middle = 0.5 * (front + back) + piece.place;
+        let off = (middle.x * middle.x + middle.z * middle.z).sqrt() / radius;
+        assert!((0.96..1.001).contains(&off), "{off}");
+    }
     let volume = mesh.signed_volume() / (a * b * t);
     assert!((volume - 1.0).abs() < 0.03, "{volume}");
     assert_eq!(bent.settled[0].mass, flat.settled[0].mass);
@@ -249,7 +251,9 @@ fn a_part_that_is_gone_is_nowhere() {
     // It is in no list and no sum, and none of it is drawn; what left is told.
     assert_eq!(gone.pieces.iter().map(|piece| piece.number).collect::<Vec<_>>(), [0]);
     let left = figure(&gone, "retired_mass").unwrap();
-    assert!((left / 0.032 - 1.0).abs() < 1e-6, "{left}");
+    let offered = cut.solve(&cut.state, retiring(1, 1, Some(vec![]))).settled;
+    assert!((left / 0.032 - 1.0).abs() < 1e-3, "{left}");
+    assert!((left / offered[1].mass - 1.0).abs() < 1e-12, "{left}");
     assert!((gone.ledger.mass + left - beside.ledger.mass).abs() < 1e-12);
     assert!((gone.ledger.momentum[0] / (0.5 * gone.ledger.mass) - 1.0).abs() < 1e-9);
     assert!(gone.ledger.residual.abs() < 1e-9 * gone.ledger.kinetic, "{:?}", gone.ledger);
@@ -284,18 +288,23 @@ fn the_energy_of_what_is_gone_is_told() {
     let left = figure(&gone, "retired_energy").unwrap();
     // Uniaxial stress at a strain of 5 %, less what the free width narrows.
     assert!(left > 0.5 * 3.2e5 * 0.05 * 0.05 * 3.2e-5 * 0.9, "{left}");
-    assert!((left / stored - 1.0).abs() < 1e-9, "{left} of {stored}");
+    // Beside it the lips of the cut press on each other.
+    assert!((left / stored - 1.0).abs() < 5e-3, "{left} of {stored}");
     assert_eq!((gone.ledger.stretching, gone.ledger.residual), (0.0, 0.0));
+}
+
+/// A corner of a cube of 0.02 m.
+fn cube_corner(k: u32) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|axis| 0.02 * f64::from(k >> axis & 1) - 0.01))
 }
 
 /// Nothing is left: bodies go their way, and numbers stay numbers.
 #[test]
 fn a_window_of_nothing_moves_bodies_alone() {
     let cut = CutSheet::two();
-    let corner = |k: u32| Vec3::from([0, 1, 2].map(|axis| 0.02 * f64::from(k >> axis & 1) - 0.01));
     let cube = Proxy {
         body: 7,
-        parts: vec![(0..8).map(corner).collect()],
+        parts: vec![(0..8).map(cube_corner).collect()],
         friction: 0.3,
         pose: Pose::translation(0.0, 0.0, 0.03),
         velocity: Vec3::new(0.0, 0.0, -3.0),
@@ -318,6 +327,29 @@ fn a_window_of_nothing_moves_bodies_alone() {
     // What rests wakes for it.
     let hit = through(Some(vec![]));
     assert!(hit.handed[0].impulses.iter().any(|j| j[0].z > 0.0) && !hit.pieces[0].frozen);
+}
+
+/// Something that moves where a part lay that is gone wakes none that lies beside.
+#[test]
+fn what_comes_to_where_a_part_lay_wakes_no_other() {
+    let cut = CutSheet::two();
+    let beside = |retired| {
+        let mover = Proxy {
+            body: 3,
+            parts: vec![(0..8).map(cube_corner).collect()],
+            friction: 0.3,
+            pose: Pose::translation(0.11, 0.0, 0.0),
+            velocity: Vec3::new(0.0, 0.0, 0.1),
+            spin: Vec3::zeros(),
+            motion: ProxyMotion::Steady,
+        };
+        let window = Window { proxies: vec![mover], ..retiring(1, 4, Some(retired)) };
+        cut.solve(&cut.state, window).pieces
+    };
+    let both = beside(vec![]);
+    assert_eq!(both.iter().map(|piece| piece.frozen).collect::<Vec<_>>(), [true, false]);
+    let left = beside(vec![1]);
+    assert_eq!(left.iter().map(|p| (p.number, p.frozen)).collect::<Vec<_>>(), [(0, true)]);
 }
 
 #[test]
