@@ -133,6 +133,10 @@ impl Continuum for MembraneWindow {
             false => WindowProgress::Running(self.run.come() / f64::from(self.window.steps)),
         }
     }
+
+    fn bytes(prepared: &Self::Prepared) -> u64 {
+        prepared.bytes()
+    }
 }
 
 /// Momentum of a sheet \[kg·m/s\].

@@ -139,6 +139,10 @@ impl Continuum for SoftSolidWindow {
             false => WindowProgress::Running(self.run.come() / f64::from(self.window.steps)),
         }
     }
+
+    fn bytes(prepared: &Self::Prepared) -> u64 {
+        prepared.bytes()
+    }
 }
 
 impl SoftSolidWindow {

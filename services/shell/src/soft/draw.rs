@@ -3,6 +3,7 @@
 
 use crate::domain::ShellDomain;
 use crate::midsurface::Midsurface;
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 use cullet_model::MovingSurface;
 
@@ -58,6 +59,11 @@ impl DrawnLattice {
         let flat = |x: &Vec3| [x.dot(&axes[0]) as f32, x.dot(&axes[1]) as f32];
         let reference = places.iter().flatten().map(flat).collect();
         Self { same, reference }
+    }
+
+    /// Memory that it takes \[bytes\].
+    pub(super) fn bytes(&self) -> u64 {
+        held(&self.same) + held(&self.reference)
     }
 }
 

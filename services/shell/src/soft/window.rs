@@ -47,6 +47,10 @@ impl Continuum for SoftShellWindow {
     fn advance(&mut self) -> WindowProgress {
         self.0.advance()
     }
+
+    fn bytes(prepared: &Self::Prepared) -> u64 {
+        prepared.bytes()
+    }
 }
 
 /// A window of a soft shell whose cells have `N` functions.
