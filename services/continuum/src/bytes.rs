@@ -98,6 +98,18 @@ impl<'a> StateReader<'a> {
     }
 }
 
+/// Memory of the elements of a list \[bytes\].
+#[must_use]
+pub fn held<T>(list: &[T]) -> u64 {
+    size_of_val(list) as u64
+}
+
+/// The same of a list of lists, with theirs.
+#[must_use]
+pub fn held_lists<T>(lists: &[Vec<T>]) -> u64 {
+    held(lists) + lists.iter().map(|list| held(list)).sum::<u64>()
+}
+
 #[cfg(test)]
 mod tests {
     use super::{StateReader, StateWriter};

@@ -1,7 +1,7 @@
 //! What the windows of all families share: rigid bodies that move in them with their own mass
 //! ([`rigid`]), how grips are led ([`path`]), the air ([`air`]), how fast waves are ([`pace`]),
-//! pieces and their rest ([`pieces`], [`rest`]), what becomes rigid of them ([`mod@settled`]), and
-//! the bytes of states ([`bytes`]).
+//! pieces and their rest ([`pieces`], [`rest`]), what becomes rigid of them ([`mod@settled`]),
+//! where surfaces cross themselves ([`mod@crossings`]), and the bytes of states ([`bytes`]).
 //!
 //! A family brings its points and forces; see [`cullet_model::Continuum`].
 //!
@@ -9,6 +9,7 @@
 
 pub mod air;
 pub mod bytes;
+pub mod crossings;
 pub mod pace;
 pub mod path;
 pub mod pieces;
@@ -23,4 +24,4 @@ pub use path::GripPath;
 pub use pieces::PieceRecord;
 pub use rest::RestCheck;
 pub use rigid::{RigidProxy, TouchedPoints};
-pub use settled::{retire, settled};
+pub use settled::{SettledOffer, retire, settled};

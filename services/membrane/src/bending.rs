@@ -7,6 +7,7 @@
 
 use crate::bonds::MembraneBonds;
 use crate::fit::cholesky;
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 use cullet_model::SheetPlace;
 use nalgebra::{SMatrix, SVector};
@@ -49,6 +50,12 @@ pub(crate) struct BendingStencils {
 }
 
 impl BendingStencils {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let lists = [&self.starts, &self.ends, &self.twins, &self.bonds];
+        lists.map(|list| held(list)).iter().sum::<u64>() + held(&self.terms)
+    }
+
     /// Finds the neighbours among the bonds. Nothing is fitted yet.
     pub(crate) fn new(bonds: &MembraneBonds, spacing: f64, horizon: f64) -> Self {
         let reach = REACH.min(horizon) * spacing;

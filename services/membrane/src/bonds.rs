@@ -8,6 +8,7 @@ use crate::cells::PlaneGrid;
 use crate::fit::{BondRows, FactorBounds, MomentTarget, fit};
 use crate::outline::{SheetOutline, meet};
 use crate::points::SheetPoints;
+use cullet_continuum::bytes::held;
 use cullet_model::{Refusal, SheetPlace};
 
 /// Least and greatest horizon over the spacing. Below two the moments cannot be fitted; above six a
@@ -36,6 +37,13 @@ pub struct MembraneBonds {
 }
 
 impl MembraneBonds {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let ends = [&self.starts, &self.ends, &self.twins].map(|list| held(list));
+        let lengths = held(&self.lengths) + held(&self.directions);
+        ends.iter().sum::<u64>() + lengths + held(&self.stiffness) + held(&self.cut)
+    }
+
     /// Bonds points within `horizon` spacings; none crosses the outline.
     ///
     /// # Errors

@@ -8,6 +8,7 @@
 use crate::bonds::MembraneBonds;
 use crate::fit::{BondRows, FactorBounds, MomentTarget, fit};
 use crate::points::SheetPoints;
+use cullet_continuum::bytes::{held, held_lists};
 use cullet_model::{MembraneSheet, Refusal, SheetDiffusion, SheetSource, SheetSourceKind};
 
 /// Reach over the spacing: D is within 0.1 % at 2.1, within 0.2 % at 1.6.
@@ -59,6 +60,13 @@ pub(crate) struct DiffusionStep<'a> {
 }
 
 impl DiffusionBonds {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let ends = [&self.starts, &self.ends, &self.bonds].map(|list| held(list));
+        let lists = held(&self.weights) + held(&self.capacities) + held_lists(&self.reached);
+        ends.iter().sum::<u64>() + lists
+    }
+
     /// # Errors
     ///
     /// If a source reaches no point, a number does not hold, or a table does not rise.

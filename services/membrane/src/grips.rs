@@ -1,6 +1,7 @@
 //! What holds parts of a sheet: prescribed paths, and the strip around them that does not break.
 
 use cullet_continuum::GripPath;
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 use cullet_model::{Refusal, SheetGrip, SheetPlace};
 
@@ -21,6 +22,11 @@ pub(crate) struct GrippedPoints {
 }
 
 impl GrippedPoints {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        held(&self.points) + held(&self.guarded)
+    }
+
     /// # Errors
     ///
     /// If a grip holds no point or its path does not run forwards.

@@ -13,6 +13,7 @@ use crate::scatter::factors;
 use crate::surface::SheetTriangulation;
 use crate::table::BondTable;
 use cullet_continuum::WorkingPace;
+use cullet_continuum::bytes::held;
 use cullet_geometry::math::scramble;
 use cullet_model::{
     ContinuumBody, ContinuumSetup, MembraneLaw, MembraneMaterial, MembraneSheet, Refusal,
@@ -66,6 +67,17 @@ pub struct PreparedMembrane {
 }
 
 impl PreparedMembrane {
+    /// Memory that it takes, about \[bytes\].
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let points = held(&self.points.places) + held(&self.points.areas);
+        let bonds = self.bonds.bytes() + self.stencils.bytes() + self.rows.bytes();
+        let grips = self.grips.iter().map(GrippedPoints::bytes).sum::<u64>();
+        let spread = self.diffusion.as_ref().map_or(0, DiffusionBonds::bytes);
+        let drawn = self.triangles.bytes() + held(&self.pairs);
+        points + bonds + self.table.bytes() + grips + spread + drawn
+    }
+
     /// # Errors
     ///
     /// The bound that the sheet breaks.

@@ -4,6 +4,7 @@
 use crate::bonds::MembraneBonds;
 use crate::diffusion::share_at;
 use crate::law::{LeftShares, StretchLimits};
+use cullet_continuum::bytes::held;
 use cullet_model::{MembraneLaw, SheetDiffusion};
 
 /// Numbers by bond.
@@ -27,6 +28,13 @@ pub(crate) struct BondTable {
 }
 
 impl BondTable {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let lists = [&self.stiffness, &self.rest, &self.sums, &self.softness];
+        let scatter = self.scatter.as_ref().map_or(0, |list| held(list));
+        lists.map(|list| held(list)).iter().sum::<u64>() + held(&self.limits) + scatter
+    }
+
     /// Numbers of bonds that nothing has changed.
     pub(crate) fn new(
         bonds: &MembraneBonds,

@@ -1,6 +1,6 @@
 //! A window of a sheet's time, as the worker solves it.
 
-use crate::crossings::{crossings, live_pairs};
+use crate::crossings::live_pairs;
 use crate::detectors::{
     self, SheetCondition, WindowExtremes, drag_share, mass_ratio, pressed_through,
 };
@@ -9,6 +9,7 @@ use crate::state::SheetState;
 use crate::steps::{MOST_LENGTH, SheetRun};
 use crate::surface::TornSurface;
 use cullet_continuum::RigidProxy;
+use cullet_continuum::crossings::crossings;
 use cullet_continuum::pieces::torn_pieces;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::STRENGTH_RATIO;
@@ -131,6 +132,10 @@ impl Continuum for MembraneWindow {
             true => self.finish(),
             false => WindowProgress::Running(self.run.come() / f64::from(self.window.steps)),
         }
+    }
+
+    fn bytes(prepared: &Self::Prepared) -> u64 {
+        prepared.bytes()
     }
 }
 
@@ -399,6 +404,10 @@ impl MembraneWindow {
             return WindowProgress::Failed(failure);
         }
         let condition = SheetCondition::of(&self.run);
+        let offer = self.settled();
+        let mut figures = self.figures(&condition);
+        let mut warnings = self.warnings(&ledger, &condition);
+        offer.tell(&mut figures, &mut warnings);
         WindowProgress::Done(Box::new(WindowOutcome {
             state: self.run.state.encode(&self.run.prepared),
             extent: self.extent(),
@@ -406,9 +415,9 @@ impl MembraneWindow {
             surfaces: std::mem::take(&mut self.surfaces),
             frames: std::mem::take(&mut self.frames),
             pieces: self.pieces(),
-            settled: self.settled(),
-            figures: self.figures(&condition),
-            warnings: self.warnings(&ledger, &condition),
+            settled: offer.settled,
+            figures,
+            warnings,
             ledger,
         }))
     }

@@ -4,6 +4,7 @@ mod fit;
 pub(crate) mod neighbours;
 
 use crate::anisotropy::{QUARTIC, isotropic};
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 use cullet_simd::{LANES, Lanes, SimdLevel, WINDOW, sum_lanes};
 use fearless_simd::{SimdBase, dispatch, f32x16};
@@ -122,6 +123,12 @@ impl BondSlot {
 }
 
 impl BondGraph {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let weights = held(&self.weights) + held(&self.back_weights);
+        held(&self.starts) + held(&self.bases) + held(&self.ends) + weights
+    }
+
     /// Bonds points within `horizon` \[m\] of each other.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ mod sums;
 use crate::anisotropy::isotropic;
 use crate::bonds::{BondError, BondGraph, BondSlot};
 use crate::law::PeridynamicLaw;
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 use cullet_simd::{LANES, Lanes, PackedRecord, SimdLevel, WINDOW};
 pub use limits::StrainLimit;
@@ -90,6 +91,13 @@ pub struct MaterialPoint {
 }
 
 impl PeridynamicDomain {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let vectors = [&self.places, &self.velocities, &self.forces, &self.drags];
+        let vectors = vectors.map(|list| held(list)).iter().sum::<u64>();
+        self.bonds.bytes() + vectors + held(&self.volumes) + held(&self.states)
+    }
+
     /// Points at rest, those within `horizon` \[m\] of each other bonded. Places are rounded to
     /// f32 in horizons about the middle of the body. Points whose numbers are near should be near:
     /// the kernel reads neighbours from where they lie.

@@ -124,10 +124,6 @@ impl ResolveContext<'_> {
                 return None;
             }
         };
-        if written.retire && matches!(law, SoftLaw::Shell { .. }) {
-            let message = "pieces of a soft shell that come to rest do not become rigid bodies";
-            self.wrong(&join(&path, "retire"), message);
-        }
         if template.fixed {
             self.wrong(&join(body, "fixed"), "a dynamic body moves: a `grip` holds it");
         }

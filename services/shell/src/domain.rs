@@ -9,6 +9,7 @@ pub mod front;
 mod functional;
 mod links;
 mod memory;
+mod removed;
 mod side_pairs;
 mod sides;
 pub mod split;

@@ -12,6 +12,7 @@ mod quads;
 pub use net::MidsurfaceError;
 pub(crate) use plate::placed;
 
+use cullet_continuum::bytes::{held, held_lists};
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::{MOST_FUNCTIONS, PatchBasis};
 
@@ -144,6 +145,15 @@ impl MidsurfacePoint {
 }
 
 impl Midsurface {
+    /// Memory that it takes, about \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let table = |table: &CellTable| held(&table.points) + held(&table.corners);
+        let tables = held(&self.tables) + self.tables.iter().map(table).sum::<u64>();
+        let cells = held(&self.nodes) + held(&self.cells) + held_lists(&self.faces);
+        let lists = held(&self.starts) + held(&self.neighbours);
+        tables + cells + lists + held(&self.share) + held(&self.missing)
+    }
+
     /// Quadrature points of a cell.
     #[must_use]
     pub fn points_per_cell(&self) -> usize {

@@ -7,6 +7,10 @@
 //! of a state, which is bytes (`state`), and of the rigid bodies in reach. Neither the number of
 //! threads nor the cut into windows changes a bit of it.
 //!
+//! A piece at rest is frozen, and may leave the shell as a rigid body of its shape (`settled`).
+//! What is gone bears nothing, is in no sum, touches nothing and is not drawn, and stays in the
+//! state's bytes where it was.
+//!
 //! Absent on purpose: exact self-contact (points repel below a distance, and a fast wall can cross
 //! itself), friction of a wall on itself, and plastic strains that are large and turn.
 
@@ -18,6 +22,7 @@ mod pairs;
 mod prepared;
 mod report;
 mod run;
+mod settled;
 mod state;
 #[cfg(test)]
 mod tests;

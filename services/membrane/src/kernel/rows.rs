@@ -4,6 +4,7 @@
 
 use crate::bending::BendingStencils;
 use crate::bonds::MembraneBonds;
+use cullet_continuum::bytes::held;
 use cullet_simd::{LANES, WINDOW};
 use std::ops::Range;
 
@@ -34,6 +35,12 @@ struct LaneEntry {
 }
 
 impl SheetRows {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let lists = [&self.starts, &self.bent, &self.bases, &self.slots].map(|list| held(list));
+        lists.iter().sum::<u64>() + held(&self.ends) + held(&self.bonds)
+    }
+
     pub(crate) fn new(bonds: &MembraneBonds, stencils: &BendingStencils) -> Self {
         let count = bonds.starts.len() - 1;
         let mut rows = Self {

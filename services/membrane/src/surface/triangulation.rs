@@ -1,5 +1,6 @@
 //! The triangles between the points of a sheet and its outline.
 
+use cullet_continuum::bytes::held;
 use cullet_model::Refusal;
 use cullet_model::membrane::SheetPlace;
 use spade::handles::FixedVertexHandle;
@@ -45,6 +46,13 @@ pub struct SheetTriangulation {
 }
 
 impl SheetTriangulation {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let corners = held(&self.triangles) + held(&self.sides);
+        let pairs = held(&self.edges) + held(&self.pair_of_edge) + held(&self.pairs);
+        held(&self.places) + held(&self.owners) + corners + pairs
+    }
+
     /// Triangulates points at rest \[m\] inside an outline, a polygon that does not touch itself.
     /// Triangles outside it, and those with a side above 2.6 times the spacing \[m\], are left
     /// out. A point outside the outline, or at the place of another, gets no triangles.

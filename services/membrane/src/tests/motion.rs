@@ -1,11 +1,11 @@
 //! Modes of docs/failures.md that concern how a sheet moves, and what touches it.
 
 use super::{begun, figure, grip, harmless, setup, solve, solve_from, warns, window, with};
-use crate::crossings::crossings;
 use crate::detectors::{self, SheetCondition, WindowExtremes, pressed_through};
 use crate::prepared::PreparedMembrane;
 use crate::state::SheetState;
 use crate::window::MembraneWindow;
+use cullet_continuum::crossings::crossings;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Mat3, Pose, Vec3};
 use cullet_model::{

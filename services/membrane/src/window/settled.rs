@@ -4,9 +4,8 @@ use super::MembraneWindow;
 use crate::crossings::live_pairs;
 use crate::steps::SheetRun;
 use crate::surface::TornSurface;
-use cullet_continuum::settled::{MOST_SETTLED, settled};
+use cullet_continuum::SettledOffer;
 use cullet_geometry::Vec3;
-use cullet_model::SettledPiece;
 use std::collections::BTreeMap;
 
 impl SheetRun {
@@ -30,11 +29,11 @@ impl SheetRun {
 
 impl MembraneWindow {
     /// Pieces that are at rest now, by number, where they shall become rigid bodies.
-    pub(super) fn settled(&self) -> Vec<SettledPiece> {
+    pub(super) fn settled(&self) -> SettledOffer {
         let mut pieces = self.pieces();
         pieces.retain(|piece| piece.frozen);
         if self.window.retired.is_none() || pieces.is_empty() {
-            return Vec::new();
+            return SettledOffer::default();
         }
         let state = &self.run.state;
         let torn = self.run.torn_surface(&live_pairs(&self.run.prepared, &state.damage));
@@ -44,12 +43,8 @@ impl MembraneWindow {
             let label = state.labels[torn.ties(corners[0])[0].point as usize];
             own.entry(label).or_default().push(*corners);
         }
-        let thickness = self.run.prepared.sheet().thickness;
-        let body = |piece: &cullet_model::TornPiece| {
-            let triangles = own.get(&piece.number)?;
-            settled(piece.number, triangles, &places, thickness, piece.mass)
-        };
-        pieces.iter().filter_map(body).take(MOST_SETTLED).collect()
+        let thickness = vec![self.run.prepared.sheet().thickness; places.len()];
+        SettledOffer::of(&pieces, &own, &places, &thickness)
     }
 }
 

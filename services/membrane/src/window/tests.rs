@@ -12,6 +12,18 @@ fn prepared(setup: &ContinuumSetup) -> Arc<PreparedMembrane> {
     Arc::new(PreparedMembrane::new(setup).unwrap())
 }
 
+/// A sheet takes memory by its points: the cache of prepared sheets counts on it.
+#[test]
+fn memory_goes_with_the_number_of_points() {
+    let of = |spacing: f64| {
+        let prepared = prepared(&with(setup(), |sheet| sheet.spacing = spacing));
+        crate::MembraneWindow::bytes(&prepared) as f64 / prepared.points.places.len() as f64
+    };
+    let [few, many] = [4e-3, 2e-3].map(of);
+    assert!((0.8..1.3).contains(&(many / few)), "{few} and {many} bytes a point");
+    assert!((500.0..20_000.0).contains(&many), "{many} bytes a point");
+}
+
 /// A ball as a hull.
 fn ball(radius: f64) -> Vec<Vec3> {
     let golden = 2.399963229728653;

@@ -1,5 +1,6 @@
 //! Points by the cell of a grid they are in.
 
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 
 /// Most cells over the number of points: where points are far from each other, cells are wider.
@@ -20,6 +21,11 @@ pub(super) struct PointCells {
 }
 
 impl PointCells {
+    /// Memory that it takes \[bytes\].
+    pub(super) fn bytes(&self) -> u64 {
+        held(&self.starts) + held(&self.order)
+    }
+
     /// In cells of this width \[m\] or more; all places are finite.
     pub(super) fn new(places: &[Vec3], width: f64) -> Self {
         let first = places.first().copied().unwrap_or_default();

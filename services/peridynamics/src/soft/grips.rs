@@ -3,6 +3,7 @@
 
 use super::grid::PointCells;
 use cullet_continuum::GripPath;
+use cullet_continuum::bytes::held;
 use cullet_geometry::{Pose, Vec3};
 use cullet_model::{BodyGrip, Refusal};
 use nalgebra::Point3;
@@ -30,6 +31,11 @@ pub(super) struct LedPoints {
 }
 
 impl LedPoints {
+    /// Memory that it takes \[bytes\].
+    pub(super) fn bytes(&self) -> u64 {
+        held(&self.points) + held(&self.places) + held(&self.guarded)
+    }
+
     /// Of all grips of a body with points at `places` \[m\] in its own frame.
     ///
     /// # Errors

@@ -9,6 +9,7 @@ use crate::PeridynamicDomain;
 use crate::bonds::BondError;
 use crate::law::{PartedContact, PeridynamicLaw};
 use crate::solver::setup::law;
+use cullet_continuum::bytes::held;
 use cullet_geometry::inside::{Inside, Nearest};
 use cullet_geometry::math::scramble;
 use cullet_geometry::sample::{self, SampleError};
@@ -126,6 +127,14 @@ impl PreparedSoftSolid {
         };
         prepared.fingerprint = prepared.name();
         Ok(prepared)
+    }
+
+    /// Memory that it takes, about \[bytes\].
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let lists = held(&self.rest) + held(&self.areas) + held(&self.outer);
+        let grips = self.grips.iter().map(LedPoints::bytes).sum::<u64>();
+        self.domain.bytes() + lists + grips + self.surface.bytes()
     }
 
     /// The body.

@@ -93,6 +93,18 @@ fn solved(
     }
 }
 
+/// A body takes memory by its points: the cache of prepared bodies counts on it.
+#[test]
+fn memory_goes_with_the_number_of_points() {
+    let of = |side: f64| {
+        let prepared = prepared(&block([side, side, side], 0.01, elastic()));
+        SoftSolidWindow::bytes(&prepared) as f64 / prepared.rest.len() as f64
+    };
+    let [few, many] = [0.08, 0.16].map(of);
+    assert!((0.7..1.5).contains(&(many / few)), "{few} and {many} bytes a point");
+    assert!((500.0..10_000.0).contains(&many), "{many} bytes a point");
+}
+
 fn figure(outcome: &WindowOutcome, name: &str) -> f64 {
     outcome.figures.iter().find(|figure| figure.name == name).unwrap().value
 }

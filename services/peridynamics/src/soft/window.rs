@@ -139,6 +139,10 @@ impl Continuum for SoftSolidWindow {
             false => WindowProgress::Running(self.run.come() / f64::from(self.window.steps)),
         }
     }
+
+    fn bytes(prepared: &Self::Prepared) -> u64 {
+        prepared.bytes()
+    }
 }
 
 impl SoftSolidWindow {
@@ -382,6 +386,9 @@ impl SoftSolidWindow {
         if let Some(failure) = self.unbalanced(&ledger) {
             return WindowProgress::Failed(failure);
         }
+        let offer = self.settled();
+        let (mut figures, mut warnings) = (self.figures(), self.warnings(&ledger));
+        offer.tell(&mut figures, &mut warnings);
         WindowProgress::Done(Box::new(WindowOutcome {
             state: self.run.state.encode(&self.run.prepared),
             extent: self.extent(),
@@ -389,9 +396,9 @@ impl SoftSolidWindow {
             surfaces: std::mem::take(&mut self.surfaces),
             frames: std::mem::take(&mut self.frames),
             pieces: self.pieces(),
-            settled: self.settled(),
-            figures: self.figures(),
-            warnings: self.warnings(&ledger),
+            settled: offer.settled,
+            figures,
+            warnings,
             ledger,
         }))
     }

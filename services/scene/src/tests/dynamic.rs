@@ -72,7 +72,6 @@ fn what_no_dynamic_body_can_be_is_said_with_its_place() {
         (peri, "cuts = [[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1]]]", "cuts", "in a plane"),
         (peri, "pace = { softer = 1, heavier = 2 }", "pace", "one of them"),
         ("solver = \"shell\"\nresolution = { spacing = 1e-7 }", "", "dynamic", "spacing"),
-        ("solver = \"shell\"", "retire = true", "body.bar.dynamic.retire", "a soft shell"),
     ] {
         let errors = errors_of(&bar(body, dynamic), &[]);
         assert!(errors.contains(place) && errors.contains(what), "{errors}");
@@ -82,6 +81,18 @@ fn what_no_dynamic_body_can_be_is_said_with_its_place() {
                  solver = \"shell\", shape = { kind = \"box\", size = [1, 1, 1] }, dynamic = {} }";
     let errors = errors_of(&format!("{FOAM}{stack}"), &[]);
     assert!(errors.contains("only a single `[[body]]`"), "{errors}");
+}
+
+/// Pieces of soft shells and of soft solids at rest may become rigid bodies.
+#[test]
+fn dynamic_bodies_retire_where_they_are_asked_to() {
+    for solver in ["shell", "peridynamics"] {
+        let asked = |dynamic: &str| {
+            let text = bar(&format!("solver = \"{solver}\""), dynamic);
+            from_text(&text, &[]).unwrap_or_else(|why| panic!("{why}")).moving[0].retire
+        };
+        assert_eq!((asked(""), asked("retire = true")), (false, true), "{solver}");
+    }
 }
 
 /// Rubber bears ten times its modulus: no rigid body of it breaks, but a sheet or soft body may.

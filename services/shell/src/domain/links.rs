@@ -1,6 +1,7 @@
 //! The graph of points: which are joined, and which links cracks have severed.
 
 use crate::midsurface::{Midsurface, MidsurfacePoint};
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 
 /// A link is severed where it runs within 60° of the crack's normal.
@@ -43,6 +44,13 @@ impl Links {
             links.kill(surface, point);
         }
         links
+    }
+
+    /// Memory that it takes \[bytes\].
+    pub(super) fn bytes(&self) -> u64 {
+        let vectors = [&self.facing, &self.second, &self.places].map(|list| held(list));
+        let flags = held(&self.severed) + held(&self.dead);
+        vectors.iter().sum::<u64>() + held(&self.frames) + flags
     }
 
     /// Normal of a broken point's crack, in space.

@@ -1,6 +1,7 @@
 //! Sums over a shell: energies and momenta.
 
 use super::state::ShellDomain;
+use cullet_continuum::bytes::{held, held_lists};
 use cullet_geometry::Vec3;
 use cullet_simd::Real;
 
@@ -18,6 +19,17 @@ pub struct ShellSums {
 }
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
+    /// Memory that it takes, about \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let nodes = held(&self.displacement) + held(&self.mass) + held(&self.origin);
+        let nodes = nodes + held(&self.velocity) + held(&self.external);
+        let points = held(&self.setup) + held(&self.states) + held(&self.seats);
+        let points = points + held(&self.point_at) + held(&self.elements);
+        let splits = held_lists(&self.split.cells) + held(&self.split.mass);
+        let parts = self.surface.bytes() + self.kernel.bytes() + self.links.bytes();
+        nodes + points + splits + parts
+    }
+
     /// Elastic energy of all points \[J\].
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {

@@ -6,6 +6,7 @@ use super::slot::{PointSlot, Section, strain_of};
 use super::strain::{CellVectors, Rows, present, scatter, three};
 use super::{PointSetup, SurfaceStrain};
 use crate::section::{PointState, SectionLaw, SectionTally};
+use cullet_continuum::bytes::held;
 use cullet_simd::{LANES, Lanes, Real, V, load, store};
 use fearless_simd::{Simd, SimdBase};
 
@@ -70,6 +71,12 @@ pub(super) struct StepInputs<'a, R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> CellBlock<R, N> {
+    /// Memory that it takes, about \[bytes\]: less where points have flowed.
+    pub(super) fn bytes(&self) -> u64 {
+        let slots = self.tiles.iter().map(|tile| held(&tile.slots)).sum::<u64>();
+        size_of::<Self>() as u64 + held(&self.nodes) + held(&self.tiles) + slots
+    }
+
     /// Of the elements of whole tiles, whose points have the setup `setup`.
     pub(super) fn new(elements: &[CellSide<N>], setup: &[PointSetup]) -> Self {
         let each = setup.len() / elements.len();

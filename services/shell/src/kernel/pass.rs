@@ -5,6 +5,7 @@ use super::strain::Rows;
 use super::{PointSetup, Seat, SurfaceStrain};
 use crate::midsurface::CellTable;
 use crate::section::{PointState, SectionLaw, SectionTally};
+use cullet_continuum::bytes::{held, held_lists};
 use cullet_simd::{Incidence, LANES, Real, SimdLevel};
 use fearless_simd::dispatch;
 use rayon::prelude::*;
@@ -150,6 +151,13 @@ impl<R: Real, const N: usize> ShellKernel<R, N> {
             dispatch!(level, simd => block.strains(simd, &shared, &mut scratch, out));
         }
         strains
+    }
+
+    /// Memory that it takes, about \[bytes\].
+    pub(crate) fn bytes(&self) -> u64 {
+        let blocks = self.blocks.iter().map(CellBlock::bytes).sum::<u64>();
+        let rows = held(&self.rows.starts) + held(&self.rows.entries);
+        blocks + rows + held_lists(&self.tables) + held(&self.forces)
     }
 
     /// The path of the processor that it is worked out on.

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-/// Components in which crumbs stay with the largest that is left of the piece they were of.
+/// Components in which crumbs stay with the largest that is left of the piece they were of. A piece
+/// of which nothing else is left stays one.
 pub(super) fn with_crumbs(mut components: Vec<u32>, crumbs: &[bool], labels: &[u32]) -> Vec<u32> {
     let mut sizes: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     for p in (0..labels.len()).filter(|&p| !crumbs[p]) {
@@ -16,9 +17,8 @@ pub(super) fn with_crumbs(mut components: Vec<u32>, crumbs: &[bool], labels: &[u
         }
     }
     for p in (0..labels.len()).filter(|&p| crumbs[p]) {
-        if let Some(&(_, component)) = largest.get(&labels[p]) {
-            components[p] = component;
-        }
+        let left = largest.get(&labels[p]).map(|&(_, component)| component);
+        components[p] = left.unwrap_or(labels.len() as u32 + labels[p]);
     }
     // Their numbers are those of their first points.
     let mut first: BTreeMap<u32, u32> = BTreeMap::new();
@@ -37,5 +37,13 @@ mod tests {
         let components = vec![0, 1, 1, 0, 4, 4];
         let crumbs = [true, false, false, true, false, false];
         assert_eq!(with_crumbs(components, &crumbs, &labels), [0, 0, 0, 3, 3, 3]);
+    }
+
+    /// A piece that is gone, all of whose points bear nothing, takes no other with it.
+    #[test]
+    fn a_piece_of_crumbs_alone_stays_one() {
+        let labels = [2, 0, 0, 2, 0, 2];
+        let crumbs = [true, false, false, true, false, true];
+        assert_eq!(with_crumbs(vec![0, 1, 1, 0, 4, 4], &crumbs, &labels), [0, 1, 1, 0, 4, 0]);
     }
 }

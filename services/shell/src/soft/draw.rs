@@ -3,6 +3,7 @@
 
 use crate::domain::ShellDomain;
 use crate::midsurface::Midsurface;
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 use cullet_model::MovingSurface;
 
@@ -58,6 +59,11 @@ impl DrawnLattice {
         let flat = |x: &Vec3| [x.dot(&axes[0]) as f32, x.dot(&axes[1]) as f32];
         let reference = places.iter().flatten().map(flat).collect();
         Self { same, reference }
+    }
+
+    /// Memory that it takes \[bytes\].
+    pub(super) fn bytes(&self) -> u64 {
+        held(&self.same) + held(&self.reference)
     }
 }
 
@@ -132,6 +138,22 @@ impl PartedSurface {
     pub(super) fn holds<const N: usize>(&self, domain: &ShellDomain<f64, N>) -> bool {
         let (severed, dead) = domain.parted_links();
         self.severed == severed && self.dead == dead
+    }
+
+    /// The point that each of its triangles is of.
+    pub(super) fn owners<const N: usize>(&self, domain: &ShellDomain<f64, N>) -> Vec<u32> {
+        let drawn = (0..domain.points()).filter(|&p| domain.is_on(p) && !self.dead[p]);
+        drawn.flat_map(|p| [p as u32; 2]).collect()
+    }
+
+    /// Mean thickness of the points at each of its vertices, before anything moved \[m\].
+    pub(super) fn thickness<const N: usize>(&self, domain: &ShellDomain<f64, N>) -> Vec<f64> {
+        let of = |two: &[u32]| {
+            let own = &self.corners[two[0] as usize..two[1] as usize];
+            let at = |&c: &u32| domain.state(c as usize / CORNERS).thickness;
+            own.iter().map(at).sum::<f64>() / own.len() as f64
+        };
+        self.starts.windows(2).map(of).collect()
     }
 
     /// Where its vertices are now \[m\].

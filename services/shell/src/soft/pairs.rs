@@ -4,6 +4,7 @@
 
 use crate::domain::ShellDomain;
 use crate::midsurface::Midsurface;
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 
@@ -62,6 +63,12 @@ impl Vicinity {
             vicinity.add_cell(cell, surface.points_per_cell());
         }
         vicinity
+    }
+
+    /// Memory that it takes \[bytes\].
+    pub(super) fn bytes(&self) -> u64 {
+        let lists = [&self.starts, &self.near, &self.cell_starts, &self.cells];
+        lists.map(|list| held(list)).iter().sum()
     }
 
     fn add_cell(&mut self, cell: usize, each: usize) {

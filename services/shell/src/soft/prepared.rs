@@ -10,6 +10,7 @@ use crate::domain::{STEP_SHARE, ShellDomain, ShellMaterial};
 use crate::section::{NeoHookean, SectionLaw, SoftElasticity, SoftSection};
 use crate::solve::SOFTENING_CELLS;
 use cullet_continuum::WorkingPace;
+use cullet_continuum::bytes::held;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_model::{
@@ -93,6 +94,16 @@ impl PreparedSoftShell {
     }
 }
 
+impl PreparedSoftShell {
+    /// Memory that it takes, about \[bytes\].
+    pub(super) fn bytes(&self) -> u64 {
+        match &self.0 {
+            PreparedFunctions::Nine(wall) => wall.bytes(),
+            PreparedFunctions::Sixteen(wall) => wall.bytes(),
+        }
+    }
+}
+
 impl<const N: usize> PreparedWall<N> {
     pub(super) fn of_wall(
         setup: &ContinuumSetup,
@@ -146,6 +157,13 @@ impl<const N: usize> PreparedWall<N> {
         prepared.substeps = prepared.steps_for(1.0)?;
         prepared.fingerprint = prepared.name();
         Ok(Arc::new(prepared))
+    }
+
+    /// Memory that it takes, about \[bytes\].
+    fn bytes(&self) -> u64 {
+        let grips = self.grips.iter().map(|grip| held(&grip.nodes) + held(&grip.guarded));
+        let lists = self.vicinity.bytes() + self.lattice.bytes() + held(&self.rest);
+        self.domain.bytes() + lists + grips.sum::<u64>()
     }
 
     /// Steps of a step of the world for points that are at most so many times as stiff as at rest.

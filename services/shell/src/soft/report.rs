@@ -1,6 +1,7 @@
 //! What a window reports: its ledger, pieces, figures and warnings.
 
 use super::run::SoftShellRun;
+use super::state::RetiredShare;
 use super::window::WallWindow;
 use crate::domain::TIP_FACTOR;
 use cullet_continuum::pieces::torn_pieces;
@@ -40,9 +41,8 @@ impl<const N: usize> WallWindow<N> {
         let grew = kinetic + stretching + bending - self.start.kinetic - self.start.stored;
         let spent = books.broken + books.plastic + books.damped;
         let given = books.air + books.grips + books.gravity + books.bodies;
-        let mass: f64 = run.state.domain.mass.iter().sum();
         WindowLedger {
-            mass: mass / run.prepared.pace.inertia,
+            mass: run.state.mass() / run.prepared.pace.inertia,
             momentum: own.into(),
             angular_momentum: run.angular_momentum().into(),
             momentum_residual: (books.impulse - (own - self.start.momentum)).into(),
@@ -75,12 +75,17 @@ impl<const N: usize> WallWindow<N> {
 
     pub(super) fn pieces(&self) -> Vec<TornPiece> {
         let (state, prepared) = (&self.run.state, &self.run.prepared);
-        let density = state.domain.density / prepared.pace.inertia;
-        let of = |p: usize| {
-            let point = state.domain.state(p);
-            (density * point.area * point.thickness, point.area)
-        };
-        torn_pieces(&state.labels, &state.pieces, prepared.setup.world_step, of)
+        let of = |p: usize| (0.0, state.domain.state(p).area);
+        let world_step = prepared.setup.world_step;
+        let mut torn = torn_pieces(&state.labels, &state.pieces, world_step, of);
+        // Points weigh what control points do, less what corners of the wall hold between them.
+        for (mass, number) in state.domain.mass.iter().zip(state.node_pieces()) {
+            let Some(number) = number else { continue };
+            if let Ok(slot) = torn.binary_search_by_key(&number, |piece| piece.number) {
+                torn[slot].mass += mass / prepared.pace.inertia;
+            }
+        }
+        torn
     }
 
     pub(super) fn figures(&self) -> Vec<Figure> {
@@ -103,6 +108,11 @@ impl<const N: usize> WallWindow<N> {
         if prepared.breaks {
             figures.push(("tip_strength", "Pa", self.tip_strength()));
             figures.push((STRENGTH_RATIO, "1", self.tip_strength() / prepared.strength));
+        }
+        if self.retired != RetiredShare::default() {
+            let inertia = prepared.pace.inertia;
+            figures.push(("retired_mass", "kg", self.retired.mass / inertia));
+            figures.push(("retired_energy", "J", self.retired.energy));
         }
         let named = |(name, unit, value): (&str, &str, f64)| Figure {
             name: name.to_owned(),
@@ -173,10 +183,11 @@ impl<const N: usize> WallWindow<N> {
     pub(super) fn extent(&self) -> SweptExtent {
         let domain = &self.run.state.domain;
         let (_, places) = domain.node_places();
-        // Dust is left where it fell apart.
+        // Dust is left where it fell apart. Where nothing is left, it is where it was.
         let moves = domain.moves();
-        let places: Vec<Vec3> =
-            places.into_iter().zip(moves).filter(|(_, moves)| *moves).map(|(x, _)| x).collect();
+        let none = !moves.contains(&true);
+        let here = |(x, moves): (Vec3, bool)| (moves || none).then_some(x);
+        let places: Vec<Vec3> = places.into_iter().zip(moves).filter_map(here).collect();
         let bound = |pick: fn(f64, f64) -> f64, from: f64| -> [f64; 3] {
             std::array::from_fn(|k| places.iter().map(|x| x[k]).fold(from, pick))
         };

@@ -12,9 +12,7 @@ use super::pairs::{MeetingPairs, PairSearch};
 use super::prepared::PreparedWall;
 use super::state::SoftShellState;
 use super::touch::{TouchInput, TouchablePoints};
-use cullet_continuum::pieces::patience;
 use cullet_continuum::pieces::renumber;
-use cullet_continuum::rest::RestCheck;
 use cullet_continuum::{RigidProxy, air};
 use cullet_geometry::Vec3;
 use std::sync::Arc;
@@ -224,78 +222,6 @@ impl<const N: usize> SoftShellRun<N> {
         self.touchable.forget();
     }
 
-    /// The piece of each control point.
-    fn node_labels(&self) -> Vec<u32> {
-        let domain = &self.state.domain;
-        let mut labels = vec![0; domain.mass.len()];
-        for p in domain.live().filter(|&p| !domain.state(p).dead) {
-            for &n in domain.functions(p).0 {
-                labels[n as usize] = self.state.labels[p];
-            }
-        }
-        labels
-    }
-
-    /// Finds which pieces are at rest, and stops those that have been for long.
-    fn rest(&mut self) {
-        if !air::blows(&self.prepared.body.air) {
-            self.count_rest();
-        }
-        self.freeze();
-        self.stop();
-    }
-
-    /// Counts for how long pieces have been at rest.
-    fn count_rest(&mut self) {
-        let labels = self.node_labels();
-        self.touched.resize(labels.len(), false);
-        let (_, places) = self.state.domain.node_places();
-        let origin = &self.state.domain.origin;
-        let held: Vec<bool> = origin.iter().map(|&n| self.holders[n as usize] != FREE).collect();
-        let check = RestCheck {
-            labels: &labels,
-            places: &places,
-            velocities: &self.state.domain.velocity,
-            held: &held,
-            touched: &self.touched,
-            pressed: &[],
-            proxies: &self.proxies,
-            spacing: self.prepared.body.spacing,
-            world_step: self.prepared.setup.world_step,
-        };
-        check.count(&mut self.state.pieces);
-        self.touched.fill(false);
-    }
-
-    /// Stops what is frozen.
-    fn stop(&mut self) {
-        let domain = &mut self.state.domain;
-        for (n, v) in domain.velocity.iter_mut().enumerate() {
-            if self.frozen[n] && *v != Vec3::zeros() {
-                // What stops a piece is what it rests on.
-                let lost = *v * domain.mass[n];
-                self.books.give(&-lost);
-                self.books.damped += 0.5 * lost.dot(v);
-                *v = Vec3::zeros();
-            }
-        }
-    }
-
-    /// Marks what belongs to pieces at rest.
-    fn freeze(&mut self) {
-        let patience = patience(self.prepared.setup.world_step);
-        let most = self.state.pieces.iter().map(|piece| piece.number).max().unwrap_or(0);
-        self.still = vec![false; most as usize + 1];
-        for piece in &self.state.pieces {
-            self.still[piece.number as usize] = piece.still >= patience;
-        }
-        let labels = self.node_labels();
-        let moves = self.state.domain.moves();
-        let rests = |(&label, moves): (&u32, bool)| self.still[label as usize] || !moves;
-        self.frozen = labels.iter().zip(moves).map(rests).collect();
-        self.all_frozen = self.frozen.iter().all(|&frozen| frozen);
-    }
-
     /// Takes one step. Whether a step of the world has ended with it.
     pub(super) fn advance(&mut self) -> bool {
         if self.substep == 0 && self.number > 0 {
@@ -494,3 +420,5 @@ impl<const N: usize> SoftShellRun<N> {
         }
     }
 }
+
+mod rest;

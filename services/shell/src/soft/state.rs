@@ -3,6 +3,7 @@
 use super::NAME;
 use super::prepared::PreparedWall;
 use crate::domain::ShellDomain;
+use cullet_continuum::pieces::gone_points;
 use cullet_continuum::{PieceRecord, StateReader, StateWriter};
 use cullet_model::Refusal;
 
@@ -18,6 +19,15 @@ pub(super) struct SoftShellState<const N: usize> {
     /// Number of the piece that each point belongs to.
     pub(super) labels: Vec<u32>,
     pub(super) pieces: Vec<PieceRecord>,
+}
+
+/// What left a shell with pieces that have become rigid bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct RetiredShare {
+    /// Of its control points \[kg\].
+    pub(super) mass: f64,
+    /// What its points stored \[J\].
+    pub(super) energy: f64,
 }
 
 impl<const N: usize> SoftShellState<N> {
@@ -43,6 +53,50 @@ impl<const N: usize> SoftShellState<N> {
         }
         let labels = vec![0; domain.points()];
         Self { step: 0, domain, labels, pieces: vec![PieceRecord::default()] }
+    }
+
+    /// Takes pieces out that have become rigid bodies; what left with them.
+    ///
+    /// # Errors
+    /// If one of them is not a piece at rest.
+    pub(super) fn retire(
+        &mut self,
+        numbers: &[u32],
+        world_step: f64,
+    ) -> Result<RetiredShare, Refusal> {
+        if numbers.is_empty() {
+            return Ok(RetiredShare::default());
+        }
+        let (mass, energy) = (self.mass(), self.domain.elastic_energy());
+        cullet_continuum::retire(&mut self.pieces, numbers, world_step, NAME)?;
+        self.domain.remove(&gone_points(&self.labels, &self.pieces));
+        let energy = energy - self.domain.elastic_energy();
+        Ok(RetiredShare { mass: mass - self.mass(), energy })
+    }
+
+    /// Mass of the control points of pieces that are here \[kg\].
+    pub(super) fn mass(&self) -> f64 {
+        let mass = &self.domain.mass;
+        if !self.pieces.iter().any(PieceRecord::is_gone) {
+            return mass.iter().sum();
+        }
+        let here = mass.iter().zip(self.node_pieces());
+        here.filter(|(_, piece)| piece.is_some()).map(|(mass, _)| mass).sum()
+    }
+
+    /// The piece that is here of each control point; that of dust where it moves nothing else.
+    pub(super) fn node_pieces(&self) -> Vec<Option<u32>> {
+        let domain = &self.domain;
+        let gone = gone_points(&self.labels, &self.pieces);
+        let mut pieces = vec![None; domain.mass.len()];
+        for dead in [true, false] {
+            for p in domain.live().filter(|&p| !gone[p] && domain.state(p).dead == dead) {
+                let (nodes, shares) = domain.functions(p);
+                let moved = nodes.iter().zip(shares).filter(|(_, share)| **share != 0.0);
+                moved.for_each(|(&n, _)| pieces[n as usize] = Some(self.labels[p]));
+            }
+        }
+        pieces
     }
 
     /// What of it is no number.

@@ -4,7 +4,7 @@ use super::NAME;
 use super::draw::PartedSurface;
 use super::prepared::{PreparedFunctions, PreparedSoftShell, PreparedWall};
 use super::run::SoftShellRun;
-use super::state::SoftShellState;
+use super::state::{RetiredShare, SoftShellState};
 use cullet_continuum::RigidProxy;
 use cullet_geometry::Vec3;
 use cullet_model::{
@@ -47,6 +47,10 @@ impl Continuum for SoftShellWindow {
     fn advance(&mut self) -> WindowProgress {
         self.0.advance()
     }
+
+    fn bytes(prepared: &Self::Prepared) -> u64 {
+        prepared.bytes()
+    }
 }
 
 /// A window of a soft shell whose cells have `N` functions.
@@ -55,6 +59,8 @@ pub(super) struct WallWindow<const N: usize> {
     pub(super) run: SoftShellRun<N>,
     pub(super) window: Window,
     pub(super) start: ShellStart,
+    /// What left it as it began.
+    pub(super) retired: RetiredShare,
     pub(super) surfaces: Vec<MovingSurface>,
     pub(super) frames: Vec<SurfaceFrame>,
     /// The surface of the last frame.
@@ -82,7 +88,7 @@ impl<const N: usize> WallWindow<N> {
         state: Option<&[u8]>,
         window: Window,
     ) -> Result<Self, Refusal> {
-        let state = match state {
+        let mut state = match state {
             Some(bytes) => SoftShellState::decode(prepared, bytes)?,
             None => SoftShellState::start(prepared),
         };
@@ -91,15 +97,14 @@ impl<const N: usize> WallWindow<N> {
             let (own, first) = (state.step, window.first_step);
             return unfit(format!("the state is that of step {own}, the window begins at {first}"));
         }
-        if window.retired.is_some() {
-            return unfit("pieces of a soft shell at rest do not become rigid bodies".to_owned());
-        }
         if window.steps == 0 {
             return unfit("a window has at least one step".to_owned());
         }
         let proxies = window.proxies.iter();
         let proxies = proxies.map(|proxy| RigidProxy::new(proxy, window.steps, NAME));
         let proxies = proxies.collect::<Result<Vec<_>, Refusal>>()?;
+        let numbers = window.retired.as_deref().unwrap_or_default();
+        let retired = state.retire(numbers, prepared.setup.world_step)?;
         let mut run = SoftShellRun::new(Arc::clone(prepared), state, proxies);
         let start = ShellStart {
             kinetic: run.kinetic(),
@@ -107,7 +112,8 @@ impl<const N: usize> WallWindow<N> {
             momentum: run.momentum(),
         };
         let (surfaces, frames) = (Vec::new(), Vec::new());
-        let mut window = Self { run, window, start, surfaces, frames, drawn: None, done: 0 };
+        let (drawn, done) = (None, 0);
+        let mut window = Self { run, window, start, retired, surfaces, frames, drawn, done };
         if window.window.first_step == 0 && window.window.frame_every > 0 {
             window.show();
         }
@@ -178,6 +184,9 @@ impl<const N: usize> WallWindow<N> {
         if let Some(failure) = self.unbalanced(&ledger) {
             return WindowProgress::Failed(failure);
         }
+        let offer = self.settled();
+        let (mut figures, mut warnings) = (self.figures(), self.warnings(&ledger));
+        offer.tell(&mut figures, &mut warnings);
         WindowProgress::Done(Box::new(WindowOutcome {
             state: self.run.state.encode(&self.run.prepared),
             extent: self.extent(),
@@ -185,9 +194,9 @@ impl<const N: usize> WallWindow<N> {
             surfaces: std::mem::take(&mut self.surfaces),
             frames: std::mem::take(&mut self.frames),
             pieces: self.pieces(),
-            settled: Vec::new(),
-            figures: self.figures(),
-            warnings: self.warnings(&ledger),
+            settled: offer.settled,
+            figures,
+            warnings,
             ledger,
         }))
     }

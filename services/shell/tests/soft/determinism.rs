@@ -37,6 +37,19 @@ fn whole(setup: &ContinuumSetup) -> WindowOutcome {
     solve(&prepare(setup), None, 0, 60, vec![ball()])
 }
 
+/// A shell takes memory by its points: the cache of prepared bodies counts on it.
+#[test]
+fn memory_goes_with_the_number_of_points() {
+    let of = |side: f64| {
+        let prepared =
+            prepare(&setup(sheet([side, side, 2e-3], 0.01, TEARS, RUBBER), Vec3::zeros()));
+        SoftShellWindow::bytes(&prepared) as f64 / (side * side / 2.5e-5)
+    };
+    let [few, many] = [0.2, 0.4].map(of);
+    assert!((0.8..1.1).contains(&(many / few)), "{few} and {many} bytes a point");
+    assert!((500.0..10_000.0).contains(&many), "{many} bytes a point");
+}
+
 #[test]
 fn threads_change_no_bit() {
     let setup = setup(torn(), gravity());

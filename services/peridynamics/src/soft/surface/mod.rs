@@ -13,6 +13,7 @@ use super::grid::PointCells;
 use super::pieces::{HOLDS, holds};
 use crate::PeridynamicDomain;
 use clip::ClippingBody;
+use cullet_continuum::bytes::{held, held_lists};
 use cullet_geometry::inside::{Inside, Nearest};
 use cullet_geometry::{Mat3, TriMesh, Vec3};
 use cullet_model::{BodyCut, MovingSurface};
@@ -33,6 +34,10 @@ const DRAWN: f64 = 1e-3;
 const TORN: f64 = 0.3;
 /// A gradient with less than this determinant is none.
 const LEAST_JACOBIAN: f64 = 0.1;
+
+/// Memory of a triangle in the trees of the body that cells are clipped to, and of a gap \[bytes\].
+const FACET: u64 = 250;
+const GAP: u64 = 16;
 
 /// What the drawn surface of a body is made from.
 pub(super) struct SurfaceTemplate {
@@ -129,6 +134,14 @@ impl HeldBonds {
 }
 
 impl SurfaceTemplate {
+    /// Memory that it takes, about \[bytes\].
+    pub(super) fn bytes(&self) -> u64 {
+        let mesh = held(&self.mesh.vertices) + held(&self.mesh.triangles);
+        let lists = held_lists(&self.near) + held(&self.rest) + held(&self.depths);
+        let body = FACET * self.body.normals.len() as u64;
+        mesh + lists + self.cells.bytes() + body + GAP * self.gaps.len() as u64
+    }
+
     pub(super) fn new(input: SurfaceInput<'_>) -> Self {
         let SurfaceInput { coarse, fine, domain, rest, cuts, gaps, spacing } = input;
         let cells = PointCells::new(rest, 1.5 * spacing);
