@@ -27,6 +27,7 @@ pub mod prepared;
 pub mod sampling;
 pub mod state;
 mod steps;
+mod sums;
 mod surface;
 #[cfg(test)]
 mod tests;
