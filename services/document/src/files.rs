@@ -108,6 +108,20 @@ impl Files {
         Self { source, used: BTreeMap::new(), total: 0 }
     }
 
+    /// The same with files that are given, and are not looked for in the source.
+    ///
+    /// # Errors
+    /// Over a limit.
+    pub fn with(mut self, given: Vec<SceneFile>) -> Result<Self, FileError> {
+        for SceneFile { key, bytes } in given {
+            if bytes.len() as u64 > MAX_FILE_BYTES {
+                return Err(FileError::TooLarge { path: key, limit: MAX_FILE_BYTES });
+            }
+            self.take(&key, bytes)?;
+        }
+        Ok(self)
+    }
+
     /// The bytes under `key`; the second call for a key costs nothing.
     ///
     /// # Errors
@@ -128,13 +142,21 @@ impl Files {
                 }
             },
         };
+        self.take(key, Arc::clone(&bytes))?;
+        Ok(bytes)
+    }
+
+    fn take(&mut self, key: &str, bytes: Arc<Vec<u8>>) -> Result<(), FileError> {
+        if self.used.len() >= MAX_FILES {
+            return Err(FileError::TooMany { limit: MAX_FILES });
+        }
         self.total += bytes.len() as u64;
         if self.total > MAX_TOTAL_BYTES {
             let path = "the scene with all its files".to_owned();
             return Err(FileError::TooLarge { path, limit: MAX_TOTAL_BYTES });
         }
-        self.used.insert(key.to_owned(), Arc::clone(&bytes));
-        Ok(bytes)
+        self.used.insert(key.to_owned(), bytes);
+        Ok(())
     }
 
     /// The bytes under `key`, if they are there and no more than `limit`; what is not had counts
