@@ -12,14 +12,11 @@ import subprocess
 from typing import Any
 
 import maturin
-from maturin import (  # noqa: F401  (what a frontend asks of a backend)
-    get_requires_for_build_editable,
-    get_requires_for_build_wheel,
-    prepare_metadata_for_build_wheel,
-)
+from maturin import get_requires_for_build_editable, get_requires_for_build_wheel  # noqa: F401
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
+SCRIPTS = HERE / "wheel-data" / "scripts"
 
 
 def lay_program() -> None:
@@ -27,9 +24,14 @@ def lay_program() -> None:
     subprocess.run(["cargo", "build", "--release", "--locked", "-p", "cullet"], cwd=ROOT, check=True)
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     name = "cullet.exe" if os.name == "nt" else "cullet"
-    scripts = HERE / "wheel-data" / "scripts"
-    scripts.mkdir(parents=True, exist_ok=True)
-    shutil.copy2(target / "release" / name, scripts / name)
+    SCRIPTS.mkdir(parents=True, exist_ok=True)
+    shutil.copy2(target / "release" / name, SCRIPTS / name)
+
+
+def prepare_metadata_for_build_wheel(metadata_directory: str, config_settings: Any = None) -> str:
+    # maturin wants the folder, if with nothing in it.
+    SCRIPTS.mkdir(parents=True, exist_ok=True)
+    return maturin.prepare_metadata_for_build_wheel(metadata_directory, config_settings)
 
 
 def build_wheel(wheel_directory: str, config_settings: Any = None, metadata_directory: Any = None) -> str:

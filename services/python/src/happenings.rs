@@ -6,9 +6,16 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::BTreeMap;
 
-/// The word of a value of an enumeration: `fractured` for `EVENTKIND_FRACTURED`.
-pub(crate) fn word(name: &str) -> String {
-    name.split_once('_').map_or(name, |(_, word)| word).to_lowercase()
+/// The word of a value of an enumeration: `job_settled` for `JobSettled`.
+pub(crate) fn word(value: impl std::fmt::Debug) -> String {
+    let mut word = String::new();
+    for c in format!("{value:?}").chars() {
+        if c.is_uppercase() && !word.is_empty() {
+            word.push('_');
+        }
+        word.extend(c.to_lowercase());
+    }
+    word
 }
 
 fn hex(digest: &[u8]) -> String {
@@ -30,7 +37,7 @@ pub(crate) fn events<'py>(py: Python<'py>, recording: &Recording) -> PyResult<Bo
 
 fn of_event<'py>(py: Python<'py>, event: &RunEvent) -> PyResult<Bound<'py, PyDict>> {
     let told = PyDict::new(py);
-    told.set_item("kind", word(event.kind().as_str_name()))?;
+    told.set_item("kind", word(event.kind()))?;
     told.set_item("step", event.step)?;
     told.set_item("time", event.time)?;
     told.set_item("body", event.body)?;
@@ -54,7 +61,7 @@ fn of_event<'py>(py: Python<'py>, event: &RunEvent) -> PyResult<Bound<'py, PyDic
             told.set_item("ledger", ledger(py, event.ledger.as_ref())?)?;
         }
         EventKind::JobSettled => {
-            told.set_item("verdict", word(event.verdict().as_str_name()))?;
+            told.set_item("verdict", word(event.verdict()))?;
         }
         EventKind::Expectation => told.set_item("held", event.held)?,
         EventKind::Deformed => told.set_item("ledger", ledger(py, event.ledger.as_ref())?)?,
@@ -98,7 +105,7 @@ fn of_report<'py>(py: Python<'py>, report: &JobReport) -> PyResult<Bound<'py, Py
     told.set_item("body", report.body)?;
     told.set_item("asked", &report.asked)?;
     told.set_item("solver", &report.solver)?;
-    told.set_item("verdict", word(report.verdict().as_str_name()))?;
+    told.set_item("verdict", word(report.verdict()))?;
     told.set_item("refusal", &report.refusal)?;
     told.set_item("fragments", report.fragments)?;
     told.set_item("spacing", report.spacing)?;

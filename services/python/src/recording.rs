@@ -75,7 +75,7 @@ impl PyRecording {
         let parent = |body: &Body| body.parent.map_or(-1, |parent| parent as i64);
         columns.numbers("parent", bodies().map(parent))?;
         columns.numbers("generation", bodies().map(|body| body.generation))?;
-        columns.texts("tier", bodies().map(|body| happenings::word(body.tier().as_str_name())))?;
+        columns.texts("tier", bodies().map(|body| happenings::word(body.tier())))?;
         columns.texts("made", self.made())?;
         columns.texts("material", bodies().map(|body| &body.material))?;
         columns.numbers("mass", bodies().map(|body| body.mass))?;
