@@ -3,7 +3,7 @@
 use crate::errors::of_run;
 use crate::scene::PyScene;
 use cullet::worker::memory;
-use cullet::{LocalPool, LocalWorkers, News, Outcome, RunOptions};
+use cullet::{LocalPool, LocalWorkers, News, Outcome, Position, RunOptions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -78,6 +78,10 @@ impl PyLocalPool {
             }))
         });
         let outcome = outcome.ok_or_else(|| PyValueError::new_err("the pool is closed"))?;
+        if outcome.is_ok() {
+            // The last step.
+            listener.tell();
+        }
         if let Some(raised) = listener.raised {
             return Err(raised);
         }
@@ -110,40 +114,47 @@ impl Drop for PyLocalPool {
 struct Listener {
     tell: Option<Py<PyAny>>,
     told: Option<Instant>,
+    /// What was not told yet.
+    held: Option<Position>,
     lines: Vec<String>,
     raised: Option<PyErr>,
 }
 
 impl Listener {
     fn new(tell: Option<Py<PyAny>>) -> Self {
-        Self { tell, told: None, lines: Vec::new(), raised: None }
+        Self { tell, told: None, held: None, lines: Vec::new(), raised: None }
     }
 
     /// Whether the run is to stop.
     fn hear(&mut self, news: &News) -> bool {
-        let due = self.told.is_none_or(|told| told.elapsed() >= PERIOD);
         match news {
             News::Line(line) => self.lines.push(line.clone()),
             News::At(position) => {
-                let last = position.time >= position.end;
-                if (due || last) && self.raised.is_none() {
-                    self.told = Some(Instant::now());
-                    let said = Python::attach(|py| {
-                        py.check_signals()?;
-                        let Some(tell) = &self.tell else { return Ok(()) };
-                        let at = PyDict::new(py);
-                        at.set_item("time", position.time)?;
-                        at.set_item("end", position.end)?;
-                        at.set_item("bodies", position.bodies)?;
-                        at.set_item("fractures", position.fractures)?;
-                        at.set_item("jobs", position.jobs)?;
-                        at.set_item("jobs_done", f64::from(position.permille) / 1000.0)?;
-                        tell.call1(py, (at,)).map(drop)
-                    });
-                    self.raised = said.err();
+                self.held = Some(*position);
+                if self.told.is_none_or(|told| told.elapsed() >= PERIOD) {
+                    self.tell();
                 }
             }
         }
         self.raised.is_some()
+    }
+
+    /// Tells what is held, unless something was raised.
+    fn tell(&mut self) {
+        let Some(position) = self.held.take().filter(|_| self.raised.is_none()) else { return };
+        self.told = Some(Instant::now());
+        let said = Python::attach(|py| {
+            py.check_signals()?;
+            let Some(tell) = &self.tell else { return Ok(()) };
+            let at = PyDict::new(py);
+            at.set_item("time", position.time)?;
+            at.set_item("end", position.end)?;
+            at.set_item("bodies", position.bodies)?;
+            at.set_item("fractures", position.fractures)?;
+            at.set_item("jobs", position.jobs)?;
+            at.set_item("jobs_done", f64::from(position.permille) / 1000.0)?;
+            tell.call1(py, (at,)).map(drop)
+        });
+        self.raised = said.err();
     }
 }

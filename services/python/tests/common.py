@@ -43,7 +43,7 @@ def drop() -> cullet.Recording:
 
 @functools.cache
 def solved() -> cullet.Recording:
-    """A run of DROP in which the ball is solved."""
+    """A run of DROP in which the ball is solved: into pieces solved and sampled, and grains."""
     scene = cullet.Scene.from_text(DROP, name="solved")
-    scene = scene.set({"fracture.solver": "brittle", "fracture.max_particles": 4000, "body.ball.velocity": [0, 0, -30]})
+    scene = scene.set({"fracture.solver": "brittle", "fracture.max_particles": 8000, "body.ball.velocity": [0, 0, -10]})
     return cullet.run(scene, folder() / "solved", workers=1, progress=False)

@@ -42,7 +42,7 @@ class Farm(unittest.TestCase):
             self.client.run(run)
 
     def test_a_run_is_cancelled(self) -> None:
-        run = self.client.submit(cullet.Scene.from_text(DROP).set("world.duration", 3600))
+        run = self.client.submit(cullet.Scene.from_text(DROP).set("world.duration", 600))
         with self.assertRaises(cullet.ClientError):
             self.client.fetch(run)
         self.client.cancel(run)

@@ -45,9 +45,9 @@ class Recordings(unittest.TestCase):
         self.assertEqual(track.position.shape, (len(track), 3))
         # It falls freely until it hits the floor.
         step = recording.step
-        fallen = track.position[4, 2] - track.position[0, 2]
+        fallen = track.position[2, 2] - track.position[0, 2]
         # Semi-implicit Euler: the velocity first.
-        due = sum((-8 - 9.81 * step * k) * step for k in range(1, 5))
+        due = sum((-8 - 9.81 * step * k) * step for k in range(1, 3))
         self.assertAlmostEqual(fallen, due, places=9)
         np.testing.assert_allclose(np.linalg.norm(recording.pose_rows.rotation, axis=1), 1, atol=1e-12)
         before = recording.poses(step=ball["end_step"] - 1)
@@ -104,7 +104,7 @@ class Recordings(unittest.TestCase):
         self.assertAlmostEqual(energy.fracture[-1], total)
         self.assertEqual(energy.fracture[0], 0)
         ball = recording.body("ball")
-        self.assertAlmostEqual(energy.translational[0], 0.5 * ball["mass"] * 30**2, delta=1e-3 * ball["mass"] * 450)
+        self.assertAlmostEqual(energy.translational[0], 0.5 * ball["mass"] * 10**2, delta=1e-3 * ball["mass"] * 50)
         self.assertEqual(energy.bodies[-1], recording.summary["bodies_final"])
 
     def test_reports_and_events_have_what_happened(self) -> None:
