@@ -248,7 +248,7 @@ fn read_disk(path: &Path) -> Result<Vec<u8>, FileError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Files, Source, folder_of, key};
+    use super::{FileError, Files, MAX_FILES, SceneFile, Source, folder_of, key};
     use std::collections::BTreeMap;
     use std::sync::Arc;
 
@@ -261,6 +261,18 @@ mod tests {
         assert_eq!((files.total, files.used.len()), (0, 0));
         assert_eq!(files.get_up_to("scene/a.png", 100).map(|bytes| bytes.len()), Some(100));
         assert_eq!((files.total, files.into_used().len()), (100, 1));
+    }
+
+    #[test]
+    fn what_is_given_is_not_looked_for() {
+        let file = |key: &str| SceneFile { key: key.to_owned(), bytes: Arc::new(vec![7; 3]) };
+        let empty = || Files::new(Source::Bundle(BTreeMap::new()));
+        let mut files = empty().with(vec![file("scene/a.png")]).expect("it is small");
+        assert_eq!(files.get("scene/a.png").map(|bytes| bytes.len()), Ok(3));
+        assert!(files.get("scene/b.png").is_err());
+        assert_eq!((files.total, files.into_used().len()), (3, 1));
+        let many = (0..=MAX_FILES).map(|n| file(&n.to_string())).collect();
+        assert_eq!(empty().with(many).expect_err("too many"), FileError::TooMany { limit: 256 });
     }
 
     #[test]
