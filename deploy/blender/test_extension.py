@@ -26,7 +26,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import cullet_blender  # noqa: E402
-
+from cullet_blender import tracks  # noqa: E402
 from cullet_blender.importing import import_run  # noqa: E402
 from cullet_blender.submitting import scene_of  # noqa: E402
 
@@ -44,6 +44,28 @@ def empty():
 
 def there(objects):
     return sorted(each["cullet_body"] for each in objects if not each.hide_viewport)
+
+
+class Tracks(unittest.TestCase):
+    def test_a_body_without_a_row_rests(self):
+        places = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 0]], dtype=float)
+        half = np.sqrt(0.5)
+        # The third turn is a quarter about z, as the quaternion of the other sign.
+        turns = np.array([[0, 0, 0, 1], [0, 0, 0, 1], [0, 0, -half, -half]])
+        track = cullet.Table({"step": np.array([0, 1, 11], dtype=np.uint64), "position": places, "rotation": turns})
+        location, turn = tracks.at_frames(track, 0.1, 10, [0, 1, 5, 10, 11, 20], np.inf)
+        np.testing.assert_allclose(location[:, 2], [1, 0, 0, 0, 0, 0])
+        np.testing.assert_allclose(location[:, 0], [0, 0, 0, 0, 1, 1])
+        np.testing.assert_allclose(turn[3], [1, 0, 0, 0])
+        np.testing.assert_allclose(turn[4], [half, 0, 0, half])
+        # Between two steps on the straight line.
+        location, turn = tracks.at_frames(track, 0.1, 20, [1, 21], np.inf)
+        np.testing.assert_allclose(location, [[0, 0, 0.5], [0.5, 0, 0]])
+        np.testing.assert_allclose(turn[1], [np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8)], atol=1e-12)
+
+    def test_keys_that_say_nothing_are_left_out(self):
+        kept = tracks.needed(np.array([[0.0], [0], [0], [1], [2], [2], [2]]), 1e-9)
+        self.assertEqual(kept.tolist(), [True, False, True, True, True, False, True])
 
 
 class Import(unittest.TestCase):

@@ -4,7 +4,6 @@ The pieces of a body are a collection below that of the object of the scene. Fra
 """
 
 import math
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -185,7 +184,9 @@ def _material(name):
     if made is None:
         made = bpy.data.materials.new(name)
         made.diffuse_color = _COLOURS[name]
-        made.use_nodes = True
+        if made.node_tree is None:
+            # Before Blender 5 a material has nodes only once it is asked for them.
+            made.use_nodes = True
         shader = made.node_tree.nodes.get("Principled BSDF")
         if shader is not None:
             shader.inputs["Base Color"].default_value = _COLOURS[name]

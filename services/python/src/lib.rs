@@ -5,8 +5,6 @@
 //! A call that takes time lets other threads of Python run, and asks now and then whether Ctrl-C
 //! was pressed.
 
-#![allow(unsafe_code, reason = "pyo3's macros write what Python's interface asks for")]
-
 mod buffers;
 mod client;
 mod errors;

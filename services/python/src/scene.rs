@@ -3,7 +3,7 @@
 use crate::buffers::Columns;
 use crate::errors::of_scene;
 use cullet::document::SceneFile;
-use cullet::scene::presets_json;
+use cullet::scene::{SceneMovingBody, presets_json};
 use cullet::{Bundle, Scene};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -150,7 +150,7 @@ impl PyScene {
         let columns = Columns::new(py);
         columns.texts("name", moving().map(|body| &body.name))?;
         columns.texts("material", moving().map(|body| &body.material.name))?;
-        columns.texts("about", moving().map(|body| body.about()))?;
+        columns.texts("about", moving().map(SceneMovingBody::about))?;
         Ok(columns.done())
     }
 }

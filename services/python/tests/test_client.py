@@ -33,7 +33,9 @@ class Farm(unittest.TestCase):
         run = self.client.submit(cullet.Scene.from_text(DROP, name="drop"))
         told = list(self.client.watch(run))
         self.assertEqual(told[-1].state, "done")
-        self.assertTrue(any("ball" in line for progress in told for line in progress.lines))
+        lines = [line for progress in told for line in progress.lines]
+        self.assertTrue(any("ball" in line for line in lines), lines)
+        self.assertEqual(lines, json.loads(self.client._inner.news(run, 0))["lines"])
         recording = self.client.fetch(run, folder() / "fetched")
         self.assertEqual(recording.digest, drop().digest)
         self.assertIn(run, [info.run for info in self.client.runs()])

@@ -105,6 +105,13 @@ class Recordings(unittest.TestCase):
         ball = recording.body("ball")
         self.assertAlmostEqual(energy.translational[0], 0.5 * ball["mass"] * 10**2, delta=1e-3 * ball["mass"] * 50)
         self.assertEqual(energy.bodies[-1], recording.summary["bodies_final"])
+        # Of those that are there, and of no others.
+        mass = {int(b): 0.0 if fixed else m for b, m, fixed in zip(*(recording.bodies[c] for c in ("body", "mass", "fixed")))}
+        for row in (ball["end_step"] - 1, ball["end_step"], -1):
+            there = recording.poses(step=int(energy.step[row]))
+            speeds = (there.velocity**2).sum(axis=1)
+            due = sum(0.5 * mass[int(b)] * v for b, v in zip(there.body, speeds, strict=True))
+            self.assertAlmostEqual(energy.translational[row], due, delta=1e-12 * max(due, 1))
 
     def test_reports_and_events_have_what_happened(self) -> None:
         recording = solved()

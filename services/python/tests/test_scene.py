@@ -98,13 +98,15 @@ class Scenes(unittest.TestCase):
         values = [True, 3, -2.5, 1e-300, 'a "b" \\ \n \x7f é', [1, [2.5, "x"]], {"a": 1, "b c": {"d": []}}]
         for value in [*values, np.float64(0.1), np.arange(3)]:
             read = tomllib.loads(f"value = {toml(value)}")["value"]
-            self.assertEqual(read, value.tolist() if hasattr(value, "tolist") else value)
+            due = value.tolist() if hasattr(value, "tolist") else value
+            self.assertEqual((read, type(read)), (due, type(due)))
         for bad in (float("nan"), float("inf"), object()):
             with self.assertRaises((ValueError, TypeError)):
                 toml(bad)
 
-    def test_presets_are_listed(self) -> None:
+    def test_presets_and_the_schema_are_listed(self) -> None:
         self.assertIn("plaster", cullet.materials())
+        self.assertIn("body", cullet.schema()["properties"])
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from ._program import program
 from ._progress import Progress
 from ._recording import Crack, MassFit, Mesh, Recording, Sheet, SheetMoment, fit_masses
 from ._run import LocalPool, run, sweep
-from ._scene import Scene, SceneBuilder, materials, ply
+from ._scene import Scene, SceneBuilder, materials, ply, schema
 from ._sweep import Sweep, SweepRun
 from ._table import Table
 
@@ -58,5 +58,6 @@ __all__ = [
     "ply",
     "program",
     "run",
+    "schema",
     "sweep",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -321,7 +322,11 @@ def ply(vertices: ArrayLike, triangles: ArrayLike) -> bytes:
 
 def materials() -> dict[str, Any]:
     """The material presets, with the source of each value."""
-    import json
-
     presets: Sequence[dict[str, Any]] = json.loads(_cullet.materials_json())
     return {preset["name"]: preset for preset in presets}
+
+
+def schema() -> dict[str, Any]:
+    """The JSON schema of scene files: every key with its unit, bounds and meaning."""
+    schema: dict[str, Any] = json.loads(_cullet.schema_json())
+    return schema
