@@ -64,7 +64,7 @@ impl PyLocalPool {
         tell: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let scene = &scene.scene;
-        let mut listener = Listener::new(tell);
+        let mut listener = RunListener::new(tell);
         let outcome = py.detach(|| {
             let pool = self.pool.lock().unwrap_or_else(PoisonError::into_inner);
             let pool = pool.as_ref()?;
@@ -111,7 +111,7 @@ impl Drop for PyLocalPool {
 }
 
 /// Who hears of a run on behalf of Python.
-struct Listener {
+struct RunListener {
     tell: Option<Py<PyAny>>,
     told: Option<Instant>,
     /// What was not told yet.
@@ -120,7 +120,7 @@ struct Listener {
     raised: Option<PyErr>,
 }
 
-impl Listener {
+impl RunListener {
     fn new(tell: Option<Py<PyAny>>) -> Self {
         Self { tell, told: None, held: None, lines: Vec::new(), raised: None }
     }

@@ -22,7 +22,7 @@ pub(crate) fn rows<'py>(py: Python<'py>, poses: &[BodyPoses]) -> PyResult<Bound<
 }
 
 /// A grain: where it is, and what was told at its birth.
-struct Grain {
+struct GrainMoment {
     position: [f64; 3],
     velocity: [f64; 3],
     mass: f64,
@@ -53,14 +53,14 @@ pub(crate) fn grains<'py>(
 }
 
 /// Rows of a step; new grains come with mass, size and parent, in the order of their rows.
-fn take(all: &mut BTreeMap<u64, Grain>, rows: &Grains) {
+fn take(all: &mut BTreeMap<u64, GrainMoment>, rows: &Grains) {
     let mut new = rows.masses.iter().zip(&rows.sizes).zip(&rows.parents);
     let places = rows.positions.as_chunks::<3>().0.iter().zip(rows.velocities.as_chunks::<3>().0);
     for (&id, (&position, &velocity)) in rows.ids.iter().zip(places) {
         if let Some(grain) = all.get_mut(&id) {
             (grain.position, grain.velocity) = (position, velocity);
         } else if let Some(((&mass, &size), &parent)) = new.next() {
-            all.insert(id, Grain { position, velocity, mass, size, parent });
+            all.insert(id, GrainMoment { position, velocity, mass, size, parent });
         }
     }
 }

@@ -2,7 +2,9 @@
 
 use crate::buffers::Columns;
 use crate::errors::{of_record, of_recording};
-use crate::{happenings, pose_rows, sheets};
+use crate::happenings;
+use crate::pose_rows;
+use crate::sheets;
 use cullet::geometry::{Solid, Surface};
 use cullet::messages::{Body, EventKind};
 use cullet::picture::{Still, still};
