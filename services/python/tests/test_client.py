@@ -1,6 +1,7 @@
 """A farm on this machine, and a client of it."""
 
 import json
+import shutil
 import socket
 import subprocess
 import time
@@ -74,6 +75,27 @@ class Farm(unittest.TestCase):
         self.assertLess(time.monotonic() - since, 20)
         with self.assertRaises(cullet.ClientError):
             cullet.Client("tls/127.0.0.1:7447")
+
+    def test_with_certificates_on_both_sides(self) -> None:
+        if shutil.which("openssl") is None:
+            self.skipTest("there is no openssl")
+        place, endpoint = folder(), f"tls/127.0.0.1:{free_port()}"
+        names = ["coordinator", "ada"]
+        subprocess.run(["sh", ROOT / "deploy" / "certs.sh", place, *names], check=True, capture_output=True)
+        (place / "roles.toml").write_text('workers = []\nusers = ["ada"]\noperators = []\n')
+        call = [cullet.program(), "coordinator", "--listen", endpoint, "--out", folder()]
+        call += ["--tls", place / "coordinator", "--roles", place / "roles.toml"]
+        farm = subprocess.Popen([str(word) for word in call], cwd=folder(), stderr=subprocess.DEVNULL)
+        try:
+            client = cullet.Client(endpoint, tls=place / "ada", user="ada", patience=30)
+            run = client.submit(cullet.Scene.from_text(DROP))
+            self.assertEqual(client.run(run).user, "ada")
+            # Nobody works there.
+            client.cancel(run)
+            self.assertEqual(client.wait(run, progress=False).state, "cancelled")
+        finally:
+            farm.terminate()
+            farm.wait(30)
 
 
 if __name__ == "__main__":
