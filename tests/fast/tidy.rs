@@ -80,6 +80,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "worker",
         ],
     ),
+    // The facade alone, which has no name beyond `cullet`.
+    ("services/python", &[]),
 ];
 
 const PURE: &[&str] = &[

@@ -108,6 +108,20 @@ impl Files {
         Self { source, used: BTreeMap::new(), total: 0 }
     }
 
+    /// The same with files that are given, and are not looked for in the source.
+    ///
+    /// # Errors
+    /// Over a limit.
+    pub fn with(mut self, given: Vec<SceneFile>) -> Result<Self, FileError> {
+        for SceneFile { key, bytes } in given {
+            if bytes.len() as u64 > MAX_FILE_BYTES {
+                return Err(FileError::TooLarge { path: key, limit: MAX_FILE_BYTES });
+            }
+            self.take(&key, bytes)?;
+        }
+        Ok(self)
+    }
+
     /// The bytes under `key`; the second call for a key costs nothing.
     ///
     /// # Errors
@@ -128,13 +142,21 @@ impl Files {
                 }
             },
         };
+        self.take(key, Arc::clone(&bytes))?;
+        Ok(bytes)
+    }
+
+    fn take(&mut self, key: &str, bytes: Arc<Vec<u8>>) -> Result<(), FileError> {
+        if self.used.len() >= MAX_FILES {
+            return Err(FileError::TooMany { limit: MAX_FILES });
+        }
         self.total += bytes.len() as u64;
         if self.total > MAX_TOTAL_BYTES {
             let path = "the scene with all its files".to_owned();
             return Err(FileError::TooLarge { path, limit: MAX_TOTAL_BYTES });
         }
-        self.used.insert(key.to_owned(), Arc::clone(&bytes));
-        Ok(bytes)
+        self.used.insert(key.to_owned(), bytes);
+        Ok(())
     }
 
     /// The bytes under `key`, if they are there and no more than `limit`; what is not had counts
@@ -226,7 +248,7 @@ fn read_disk(path: &Path) -> Result<Vec<u8>, FileError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Files, Source, folder_of, key};
+    use super::{FileError, Files, MAX_FILES, SceneFile, Source, folder_of, key};
     use std::collections::BTreeMap;
     use std::sync::Arc;
 
@@ -239,6 +261,18 @@ mod tests {
         assert_eq!((files.total, files.used.len()), (0, 0));
         assert_eq!(files.get_up_to("scene/a.png", 100).map(|bytes| bytes.len()), Some(100));
         assert_eq!((files.total, files.into_used().len()), (100, 1));
+    }
+
+    #[test]
+    fn what_is_given_is_not_looked_for() {
+        let file = |key: &str| SceneFile { key: key.to_owned(), bytes: Arc::new(vec![7; 3]) };
+        let empty = || Files::new(Source::Bundle(BTreeMap::new()));
+        let mut files = empty().with(vec![file("scene/a.png")]).expect("it is small");
+        assert_eq!(files.get("scene/a.png").map(|bytes| bytes.len()), Ok(3));
+        assert!(files.get("scene/b.png").is_err());
+        assert_eq!((files.total, files.into_used().len()), (3, 1));
+        let many = (0..=MAX_FILES).map(|n| file(&n.to_string())).collect();
+        assert_eq!(empty().with(many).expect_err("too many"), FileError::TooMany { limit: 256 });
     }
 
     #[test]

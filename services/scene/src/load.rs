@@ -7,6 +7,7 @@ use super::schema;
 use cullet_document::files::{Files, SCENE_BASE, Source};
 use cullet_document::overrides::{OverrideRules, apply_overrides};
 use cullet_document::{Bundle, SceneError, SceneErrors, SceneFile, check, document};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -124,5 +125,30 @@ impl Scene {
         let files = vec![SceneFile { key: main.clone(), bytes: Arc::new(text.into()) }];
         let (name, overrides) = (name.to_owned(), overrides.to_vec());
         load_bundle(&Bundle { name, main, overrides, files })
+    }
+
+    /// Reads a scene from its text, under this name, with the files that it names: those given by
+    /// key (`scene/pot.obj` for what the text calls `pot.obj`), and those that lie in `folder`;
+    /// without a folder there are no others.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn assemble(
+        name: &str,
+        text: &str,
+        mut given: Vec<SceneFile>,
+        folder: Option<&Path>,
+        overrides: &[String],
+    ) -> Result<Self, SceneErrors> {
+        let main = format!("{SCENE_BASE}{SCENE_FILE}");
+        given.push(SceneFile { key: main.clone(), bytes: Arc::new(text.into()) });
+        let source = match folder {
+            Some(folder) => Source::Disk { folder: folder.to_owned() },
+            None => Source::Bundle(BTreeMap::new()),
+        };
+        let files = Files::new(source).with(given).map_err(|error| SceneErrors {
+            errors: vec![SceneError::without_place(error.to_string())],
+        })?;
+        build(name.to_owned(), files, main, overrides)
     }
 }

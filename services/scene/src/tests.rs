@@ -1,6 +1,7 @@
 //! The shipped scenes load; bad files give every error with its place; overrides and bundles hold.
 
 mod advice;
+mod assembled;
 mod bonds;
 mod dynamic;
 mod objects;

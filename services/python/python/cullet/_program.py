@@ -1,0 +1,36 @@
+"""The program `cullet` that came with this package."""
+
+from __future__ import annotations
+
+import os
+import sysconfig
+from importlib.metadata import PackageNotFoundError, files
+from pathlib import Path
+
+
+def program() -> Path:
+    """The program `cullet` of this package: worker processes are started with it.
+
+    Raises
+    ------
+    FileNotFoundError
+        The package was not installed as a wheel.
+    """
+    name = "cullet" + (sysconfig.get_config_var("EXE") or "")
+    folders = [Path(sysconfig.get_path("scripts"))]
+    if os.name == "posix":
+        folders.append(Path(sysconfig.get_path("scripts", scheme="posix_user")))
+    candidates = [folder / name for folder in folders]
+    try:
+        # What the installer says it laid down: `pip install --target` has other folders.
+        listed = files("cullet") or []
+        candidates += [Path(str(entry.locate())) for entry in listed if entry.name == name]
+    except PackageNotFoundError:
+        pass
+    # With `--target` the scripts lie in a folder beside the package.
+    candidates.append(Path(__file__).resolve().parent.parent / "bin" / name)
+    for candidate in candidates:
+        if candidate.is_file() and os.access(candidate, os.X_OK):
+            return candidate
+    places = ", ".join(str(candidate.parent) for candidate in candidates)
+    raise FileNotFoundError(f"there is no program {name} in {places}; install the wheel of cullet")

@@ -1,0 +1,160 @@
+//! Runs on this machine.
+
+use crate::errors::of_run;
+use crate::scene::PyScene;
+use cullet::worker::memory;
+use cullet::{LocalPool, LocalWorkers, News, Outcome, Position, RunOptions};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Python is asked no more often than this whether to stop, and told no more often how far it is.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// Cores less the one that the world is stepped on, at least 1.
+#[pyfunction]
+pub(crate) fn spare_cores() -> usize {
+    cullet::spare_cores()
+}
+
+/// Workers that are kept for several runs, which take turns.
+#[pyclass(name = "LocalPool", module = "cullet._cullet", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyLocalPool {
+    pool: Mutex<Option<LocalPool>>,
+}
+
+#[pymethods]
+impl PyLocalPool {
+    /// Starts workers: processes of the program `cullet`, or without one threads of this process.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        workers: usize,
+        threads: usize,
+        program: Option<PathBuf>,
+    ) -> PyResult<Self> {
+        let kind = match program {
+            Some(program) => {
+                let mut kind = LocalWorkers::processes(program, workers, threads);
+                if let (LocalWorkers::Processes(spawn), Some(bytes)) =
+                    (&mut kind, memory::share(workers))
+                {
+                    spawn.args.extend(["--memory".to_owned(), (bytes >> 20).max(16).to_string()]);
+                }
+                kind
+            }
+            None => LocalWorkers::Threads { workers, threads },
+        };
+        let pool = py.detach(|| LocalPool::start(&kind)).map_err(|error| of_run(py, &error))?;
+        Ok(Self { pool: Mutex::new(Some(pool)) })
+    }
+
+    /// Runs a scene into a folder. `tell` is called with a dictionary now and then; where it or
+    /// Ctrl-C raises, the recording is finished and the exception goes on.
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        scene: &PyScene,
+        out: PathBuf,
+        tell: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let scene = &scene.scene;
+        let mut listener = RunListener::new(tell);
+        let outcome = py.detach(|| {
+            let pool = self.pool.lock().unwrap_or_else(PoisonError::into_inner);
+            let pool = pool.as_ref()?;
+            // Set in the calls of the listener, which the run makes between two looks at it.
+            let stop = AtomicBool::new(false);
+            let options = RunOptions { out: &out, stop: &stop };
+            Some(pool.run(scene, &options, &mut |news| {
+                if listener.hear(news) {
+                    stop.store(true, Ordering::Relaxed);
+                }
+            }))
+        });
+        let outcome = outcome.ok_or_else(|| PyValueError::new_err("the pool is closed"))?;
+        if outcome.is_ok() {
+            // The last step.
+            listener.tell();
+        }
+        if let Some(raised) = listener.raised {
+            return Err(raised);
+        }
+        let Outcome { summary, unmet, interrupted, recording } =
+            outcome.map_err(|error| of_run(py, &error))?;
+        let told = PyDict::new(py);
+        told.set_item("summary", summary.to_json())?;
+        told.set_item("unmet", unmet)?;
+        told.set_item("interrupted", interrupted)?;
+        told.set_item("recording", recording)?;
+        told.set_item("log", listener.lines)?;
+        Ok(told)
+    }
+
+    /// Ends the workers, once the run at hand is over.
+    fn close(&self, py: Python<'_>) {
+        py.detach(|| self.pool.lock().unwrap_or_else(PoisonError::into_inner).take());
+    }
+}
+
+impl Drop for PyLocalPool {
+    fn drop(&mut self) {
+        let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        // Workers on threads are waited for, which need not hold up Python.
+        Python::try_attach(|py| py.detach(|| drop(pool)));
+    }
+}
+
+/// Who hears of a run on behalf of Python.
+struct RunListener {
+    tell: Option<Py<PyAny>>,
+    told: Option<Instant>,
+    /// What was not told yet.
+    held: Option<Position>,
+    lines: Vec<String>,
+    raised: Option<PyErr>,
+}
+
+impl RunListener {
+    fn new(tell: Option<Py<PyAny>>) -> Self {
+        Self { tell, told: None, held: None, lines: Vec::new(), raised: None }
+    }
+
+    /// Whether the run is to stop.
+    fn hear(&mut self, news: &News) -> bool {
+        match news {
+            News::Line(line) => self.lines.push(line.clone()),
+            News::At(position) => {
+                self.held = Some(*position);
+                if self.told.is_none_or(|told| told.elapsed() >= PERIOD) {
+                    self.tell();
+                }
+            }
+        }
+        self.raised.is_some()
+    }
+
+    /// Tells what is held, unless something was raised.
+    fn tell(&mut self) {
+        let Some(position) = self.held.take().filter(|_| self.raised.is_none()) else { return };
+        self.told = Some(Instant::now());
+        let said = Python::attach(|py| {
+            py.check_signals()?;
+            let Some(tell) = &self.tell else { return Ok(()) };
+            let at = PyDict::new(py);
+            at.set_item("time", position.time)?;
+            at.set_item("end", position.end)?;
+            at.set_item("bodies", position.bodies)?;
+            at.set_item("fractures", position.fractures)?;
+            at.set_item("jobs", position.jobs)?;
+            at.set_item("jobs_done", f64::from(position.permille) / 1000.0)?;
+            tell.call1(py, (at,)).map(drop)
+        });
+        self.raised = said.err();
+    }
+}
