@@ -30,6 +30,7 @@ mod service;
 mod store;
 pub mod sweep;
 mod timeline;
+mod web;
 
 pub use config::ServiceConfig;
 pub use error::ServiceError;

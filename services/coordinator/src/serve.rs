@@ -13,6 +13,7 @@ use super::reach::ReachWriter;
 use super::service::{Going, Pruning, RunTable, Service, Storage, Times};
 use super::store::Store;
 use super::timeline::RunHistory;
+use super::web::WebPage;
 use super::{prune, recovery};
 use cullet_files::clock::unix_ms;
 use cullet_files::output::next_folder;
@@ -80,6 +81,7 @@ fn open<'a>(
     let given = prune::numbered(&store, &mut journal, &mut board)?;
     prune::sweep(&store, &board, config.out.is_none().then_some(out.as_path()));
     let metrics = config.metrics.map(Metrics::serve).transpose()?;
+    let page = WebPage::open(config)?;
     let now = Instant::now();
     let mut service = Service {
         pool,
@@ -101,6 +103,7 @@ fn open<'a>(
         },
         pruning: Pruning { stuck: BTreeMap::new(), given },
         metrics,
+        page,
         times: Times { since: now, begin_at: now, swept: now },
         leaving: false,
         report,
@@ -122,6 +125,7 @@ impl Service<'_> {
         }
         self.reap();
         self.answer_followers();
+        self.publish();
         if self.times.swept.elapsed() >= SWEEP {
             self.times.swept = Instant::now();
             self.clients.server.sweep();

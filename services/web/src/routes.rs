@@ -1,0 +1,190 @@
+//! What can be asked for.
+
+use crate::events::events;
+use crate::feed::Feed;
+use crate::headers::{DRAWING_POLICY, REPORT_POLICY};
+use crate::reports::{NoReport, Reports};
+use crate::server::{Caller, plain};
+use crate::view::{RunView, SHEET};
+use axum::Router;
+use axum::body::Body;
+use axum::extract::{Extension, Path, State};
+use axum::http::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE};
+use axum::http::{HeaderValue, Response, StatusCode};
+use axum::response::IntoResponse;
+use axum::routing::get;
+use cullet_proto::service::FileInfo;
+use serde::Serialize;
+use std::io;
+use std::sync::Arc;
+use tokio::task::spawn_blocking;
+
+const PAGE: &str = include_str!("../assets/page.html");
+const STYLE: &str = include_str!("../assets/page.css");
+const SCRIPT: &str = include_str!("../assets/page.js");
+
+/// Who may have the page open at once; further ones are told so.
+const WATCHERS: usize = 64;
+/// Most bytes of a file of a run that is shown.
+const MAX_FILE: u64 = 64 << 20;
+/// What is shown of a run that is over: name of the file, its kind.
+const SHOWN: [(&str, &str, &str); 3] = [
+    ("picture", SHEET, "image/png"),
+    ("film", "preview.gif", "image/gif"),
+    ("timeline", "timeline.svg", "image/svg+xml"),
+];
+
+/// What answers are made of.
+#[derive(Clone, Debug)]
+pub(crate) struct Sources {
+    pub(crate) feed: Feed,
+    pub(crate) reports: Arc<Reports>,
+}
+
+type Reply = Response<Body>;
+
+/// Every way to ask.
+pub(crate) fn routes(sources: Sources) -> Router {
+    Router::new()
+        .route("/", get(|| asset(PAGE, "text/html; charset=utf-8")))
+        .route("/page.css", get(|| asset(STYLE, "text/css; charset=utf-8")))
+        .route("/page.js", get(|| asset(SCRIPT, "text/javascript; charset=utf-8")))
+        .route("/healthz", get(|| async { plain(StatusCode::OK, "ok\n") }))
+        .route("/events", get(watch))
+        .route("/api/farm", get(farm))
+        .route("/api/runs", get(runs))
+        .route("/api/runs/{run}", get(run))
+        .route("/api/workers", get(workers))
+        .route("/runs/{run}/report", get(report))
+        .route("/runs/{run}/{what}", get(file))
+        .fallback(|| async { missing("there is no such page here\n") })
+        .with_state(sources)
+}
+
+async fn asset(text: &'static str, kind: &'static str) -> Reply {
+    of_kind(kind, text)
+}
+
+fn of_kind(kind: &'static str, bytes: impl Into<Body>) -> Reply {
+    let mut reply = Response::new(bytes.into());
+    reply.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(kind));
+    reply
+}
+
+fn missing(text: impl Into<String>) -> Reply {
+    plain(StatusCode::NOT_FOUND, text)
+}
+
+fn json(data: &impl Serialize) -> Reply {
+    match serde_json::to_vec(data) {
+        Ok(bytes) => of_kind("application/json", bytes),
+        Err(error) => plain(StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")),
+    }
+}
+
+async fn watch(State(sources): State<Sources>, Extension(caller): Extension<Caller>) -> Reply {
+    if sources.feed.watchers() >= WATCHERS {
+        let text = format!("{WATCHERS} watch already, which is as many as may\n");
+        return plain(StatusCode::SERVICE_UNAVAILABLE, text);
+    }
+    events(&sources.feed, caller.watching).into_response()
+}
+
+async fn farm(State(sources): State<Sources>) -> Reply {
+    json(&sources.feed.now().clock)
+}
+
+async fn runs(State(sources): State<Sources>) -> Reply {
+    let now = sources.feed.now();
+    json(&now.runs.values().map(|run| &**run).collect::<Vec<_>>())
+}
+
+async fn workers(State(sources): State<Sources>) -> Reply {
+    json(&*sources.feed.now().workers)
+}
+
+/// A run by itself, with the files that can be fetched.
+#[derive(Serialize)]
+struct WholeRun<'a> {
+    #[serde(flatten)]
+    run: &'a RunView,
+    products: &'a [FileInfo],
+}
+
+fn number(text: &str) -> Result<u64, Box<Reply>> {
+    text.parse().map_err(|_| Box::new(missing("a run is named by its number\n")))
+}
+
+fn no_run(run: u64) -> Reply {
+    missing(format!("there is no run {run}\n"))
+}
+
+async fn run(State(sources): State<Sources>, Path(run): Path<String>) -> Reply {
+    let run = match number(&run) {
+        Ok(run) => run,
+        Err(reply) => return *reply,
+    };
+    match sources.feed.run(run) {
+        Some((view, _)) => json(&WholeRun { run: &view, products: &view.files }),
+        None => no_run(run),
+    }
+}
+
+async fn report(State(sources): State<Sources>, Path(run): Path<String>) -> Reply {
+    let run = match number(&run) {
+        Ok(run) => run,
+        Err(reply) => return *reply,
+    };
+    let Some((view, _)) = sources.feed.run(run) else { return no_run(run) };
+    let reports = Arc::clone(&sources.reports);
+    match spawn_blocking(move || reports.page(&view)).await {
+        Ok(Ok(page)) => {
+            guarded(of_kind("text/html; charset=utf-8", page), REPORT_POLICY)
+        }
+        Ok(Err(no @ NoReport::Unfinished { .. })) => missing(format!("{no}\n")),
+        Ok(Err(no)) => plain(StatusCode::UNPROCESSABLE_ENTITY, format!("{no}\n")),
+        Err(error) => plain(StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")),
+    }
+}
+
+fn guarded(mut reply: Reply, policy: &'static str) -> Reply {
+    reply.headers_mut().insert(CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
+    reply
+}
+
+/// A picture, a film or a timeline of a run; of one that goes on the newest picture.
+async fn file(
+    State(sources): State<Sources>,
+    Path((run, what)): Path<(String, String)>,
+) -> Reply {
+    let run = match number(&run) {
+        Ok(run) => run,
+        Err(reply) => return *reply,
+    };
+    let Some((_, name, kind)) = SHOWN.iter().find(|(word, ..)| *word == what) else {
+        return missing("there are report, picture, film and timeline of a run\n");
+    };
+    let Some((view, still)) = sources.feed.run(run) else { return no_run(run) };
+    let listed = view.files.iter().any(|file| file.name == *name);
+    if let (false, Some(still), true) = (listed, still, *name == SHEET) {
+        return of_kind(kind, still.as_ref().clone());
+    }
+    let Some(folder) = view.folder.clone().filter(|_| listed) else {
+        return missing(format!("run {run} has no {what} yet\n"));
+    };
+    let read = spawn_blocking(move || bounded(&folder.join(name)));
+    match read.await {
+        Ok(Ok(bytes)) => guarded(of_kind(kind, bytes), DRAWING_POLICY),
+        Ok(Err(error)) => missing(format!("{name} of run {run}: {error}\n")),
+        Err(error) => plain(StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")),
+    }
+}
+
+fn bounded(path: &std::path::Path) -> io::Result<Vec<u8>> {
+    let length = cullet_files::regular::open(path)?.metadata()?.len();
+    if length > MAX_FILE {
+        let text = format!("it has {length} bytes; {MAX_FILE} are shown at most");
+        return Err(io::Error::other(text));
+    }
+    cullet_files::regular::read(path)
+}
