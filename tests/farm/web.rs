@@ -3,7 +3,7 @@
 
 use crate::common;
 
-use common::{Cullet, Going, LONGER, corpus, free_endpoint, free_port, unique, until};
+use common::{Cullet, Going, corpus, free_endpoint, free_port, unique, until};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -87,7 +87,7 @@ fn a_watcher_sees_a_run_begin_get_on_and_end() {
     let since = Instant::now();
     let last = loop {
         let news = all.next().expect("it goes on");
-        assert!(since.elapsed() < LONGER, "it does not end: {states:?} {steps:?}");
+        assert!(since.elapsed() < LIMIT, "it does not end: {states:?} {steps:?}");
         let busy = |worker: &Value| worker["jobs"].as_array().is_some_and(|jobs| !jobs.is_empty());
         solving |= news["workers"].as_array().is_some_and(|all| all.iter().any(busy));
         let Some(told) = news["runs"].as_array().and_then(|runs| runs.last()).cloned() else {
@@ -173,7 +173,8 @@ fn with_certificates_users_and_operators_watch_and_nobody_else() {
     let (endpoint, port) = (free_endpoint().replace("tcp/", "tls/"), free_port());
     let web = format!("tls/127.0.0.1:{port}");
     let call = Cullet::new(&["coordinator", "--listen", &endpoint, "--web", &web, "--tls"]);
-    let _coordinator = call.path(&certs.join("coordinator")).args(&["--roles"]).path(&roles).spawn();
+    let _coordinator =
+        call.path(&certs.join("coordinator")).args(&["--roles"]).path(&roles).spawn();
     until("it answers", LIMIT, || ask_with_tls(port, &certs, Some("ann")).contains(" 200 "));
     let told = ask_with_tls(port, &certs, Some("olga"));
     assert!(told.starts_with("HTTP/1.1 200") && told.contains("\"name\":\"main\""), "{told}");

@@ -44,9 +44,7 @@ fn answer(path: &str, last: &Last) -> (u16, String) {
     match path {
         "/metrics" => (200, text.clone()),
         "/healthz" | "/readyz" if at.elapsed() < HEALTHY => (200, "ok\n".to_owned()),
-        "/healthz" | "/readyz" => {
-            (503, "the coordinator hangs\n".to_owned())
-        }
+        "/healthz" | "/readyz" => (503, "the coordinator hangs\n".to_owned()),
         _ => (404, "there are /metrics, /healthz and /readyz\n".to_owned()),
     }
 }

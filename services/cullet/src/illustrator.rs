@@ -80,10 +80,8 @@ fn end(child: &mut Child) {
 fn said(child: &mut Child) -> String {
     let mut text = String::new();
     if let Some(stderr) = child.stderr.take() {
-        let _as_far_as_it_goes = std::io::Read::read_to_string(
-            &mut std::io::Read::take(stderr, 64 << 10),
-            &mut text,
-        );
+        let _as_far_as_it_goes =
+            std::io::Read::read_to_string(&mut std::io::Read::take(stderr, 64 << 10), &mut text);
     }
     let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it failed");
     let last = last.strip_prefix("error: ").unwrap_or(last);

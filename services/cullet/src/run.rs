@@ -18,8 +18,8 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let folder = Folder::of(args.out.as_deref(), &scene.name)?;
     let out = &folder.path;
     let named = std::iter::once((scene.name.clone(), args.scene.set.clone()));
-    let mut live = LivePage::open(args.live, named, args.voice.quiet)
-        .inspect_err(|_| folder.forget())?;
+    let mut live =
+        LivePage::open(args.live, named, args.voice.quiet).inspect_err(|_| folder.forget())?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let mut progress = ProgressDisplay::new(args.voice.quiet);
     let options = RunOptions { out, stop: &stop };

@@ -80,10 +80,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, CommandError
 }
 
 /// Where the farm's page is, and who may see it: users and operators, or whoever is on this machine.
-fn web(
-    args: &args::Coordinator,
-    guard: &ServerAccess,
-) -> Result<Option<WebConfig>, CommandError> {
+fn web(args: &args::Coordinator, guard: &ServerAccess) -> Result<Option<WebConfig>, CommandError> {
     let Some(web) = args.web else { return Ok(None) };
     let identity = match (web.tls, &args.guard.tls, &guard.roles) {
         (false, ..) => None,

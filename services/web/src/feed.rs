@@ -2,7 +2,7 @@
 //! put there takes the place of what was, whoever has read it or not.
 
 use crate::view::{
-    ClockView, FarmNews, FarmView, RunExtras, RunFigures, RunNews, RunView, WorkerView,
+    ClockView, FarmNews, FarmView, Png, RunExtras, RunFigures, RunNews, RunView, WorkerView,
 };
 use cullet_proto::service::WorkerInfo;
 use std::collections::{BTreeMap, BTreeSet};
@@ -106,7 +106,7 @@ impl Feed {
     }
 
     /// A run as it is now, and the newest picture of it while it goes on.
-    pub(crate) fn run(&self, run: u64) -> Option<(Arc<RunView>, Option<Arc<Vec<u8>>>)> {
+    pub(crate) fn run(&self, run: u64) -> Option<(Arc<RunView>, Option<Png>)> {
         let view = Arc::clone(self.now().runs.get(&run)?);
         let extras = self.extras();
         let still = extras.get(&run).and_then(|extras| extras.still.clone());

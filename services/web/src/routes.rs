@@ -138,9 +138,7 @@ async fn report(State(sources): State<Sources>, Path(run): Path<String>) -> Repl
     let Some((view, _)) = sources.feed.run(run) else { return no_run(run) };
     let reports = Arc::clone(&sources.reports);
     match spawn_blocking(move || reports.page(&view)).await {
-        Ok(Ok(page)) => {
-            guarded(of_kind("text/html; charset=utf-8", page), REPORT_POLICY)
-        }
+        Ok(Ok(page)) => guarded(of_kind("text/html; charset=utf-8", page), REPORT_POLICY),
         Ok(Err(no @ NoReport::Unfinished { .. })) => missing(format!("{no}\n")),
         Ok(Err(no)) => plain(StatusCode::UNPROCESSABLE_ENTITY, format!("{no}\n")),
         Err(error) => plain(StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")),
@@ -153,10 +151,7 @@ fn guarded(mut reply: Reply, policy: &'static str) -> Reply {
 }
 
 /// A picture, a film or a timeline of a run; of one that goes on the newest picture.
-async fn file(
-    State(sources): State<Sources>,
-    Path((run, what)): Path<(String, String)>,
-) -> Reply {
+async fn file(State(sources): State<Sources>, Path((run, what)): Path<(String, String)>) -> Reply {
     let run = match number(&run) {
         Ok(run) => run,
         Err(reply) => return *reply,

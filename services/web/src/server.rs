@@ -7,6 +7,7 @@ use crate::tls::{Acceptor, Shown};
 use axum::body::Body;
 use axum::http::header::{ALLOW, CONTENT_TYPE};
 use axum::http::{HeaderValue, Method, Request, Response, StatusCode};
+use futures_util::FutureExt;
 use hyper::body::{Body as _, Incoming};
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
@@ -247,8 +248,7 @@ async fn speak<S: AsyncRead + AsyncWrite + Unpin>(
 ) {
     let shared = Arc::clone(setup);
     let answer = move |request: Request<Incoming>| {
-        let answer = respond(request, &*shared.answers, caller.clone());
-        async { Ok::<_, Infallible>(answer.await) }
+        respond(request, &*shared.answers, caller.clone()).map(Ok::<_, Infallible>)
     };
     let mut connection = http1::Builder::new()
         .timer(TokioTimer::new())

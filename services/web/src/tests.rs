@@ -28,7 +28,8 @@ impl Illustrator for Scribe {
     fn still(&self, folder: &Path, file: &Path, _: &AtomicBool) -> Result<(), String> {
         let count = self.stills.fetch_add(1, Ordering::SeqCst) + 1;
         let length = std::fs::metadata(folder.join("run.mcap.partial")).map_or(0, |it| it.len());
-        std::fs::write(file, format!("picture {count} of {length} bytes")).map_err(|e| e.to_string())
+        std::fs::write(file, format!("picture {count} of {length} bytes"))
+            .map_err(|e| e.to_string())
     }
 
     fn report(&self, folder: &Path, file: &Path, _: &AtomicBool) -> Result<(), String> {
@@ -166,7 +167,10 @@ fn only_reading_is_answered_and_only_on_this_machine() {
     place.feed.publish(farm(vec![run(7, State::Running, HOSTILE)]));
     for method in ["POST", "PUT", "DELETE", "PATCH", "OPTIONS"] {
         let (status, head, _) = place.ask(&format!("{method} /api/runs"), "Host: localhost\r\n");
-        assert!(status.contains(" 405 ") && head.contains("allow: get, head"), "{method}: {status}");
+        assert!(
+            status.contains(" 405 ") && head.contains("allow: get, head"),
+            "{method}: {status}"
+        );
     }
     let (status, ..) = place.ask("GET /", "Host: localhost\r\nContent-Length: 3\r\n");
     assert!(status.contains(" 413 "), "{status}");
@@ -185,7 +189,8 @@ fn only_reading_is_answered_and_only_on_this_machine() {
         let (status, head, body) = place.get(path);
         assert!(status.contains(" 200 ") && !body.is_empty(), "{path}: {status}");
         assert!(head.contains(&format!("content-type: {kind}")), "{path}: {head}");
-        for guard in ["default-src 'none'", "x-content-type-options: nosniff", "cache-control: no"] {
+        for guard in ["default-src 'none'", "x-content-type-options: nosniff", "cache-control: no"]
+        {
             assert!(head.contains(guard), "{path}: {head}");
         }
         assert!(!head.contains("unsafe"), "{path}: {head}");
@@ -195,7 +200,8 @@ fn only_reading_is_answered_and_only_on_this_machine() {
     for path in ["/other", "/runs/8/report", "/runs/x/report", "/runs/7/secret", "/api/runs/8"] {
         assert!(place.get(path).0.contains(" 404 "), "{path}");
     }
-    for path in ["/runs/7/../../etc/passwd", "/runs/..%2f..%2fetc/picture", "//", "/runs/7/report"] {
+    for path in ["/runs/7/../../etc/passwd", "/runs/..%2f..%2fetc/picture", "//", "/runs/7/report"]
+    {
         assert!(place.get(path).0.contains(" 404 "), "{path}");
     }
     let all = place.json("/api/runs");
@@ -361,8 +367,7 @@ fn a_run_that_is_over_has_figures_files_and_a_report_that_is_made_once() {
     write("preview.png", "sheet").expect("a picture");
     write("summary.json", r#"{"digest":"abc","fractures":3,"more":[]}"#).expect("a summary");
     write("job.bin", "not to be shown").expect("a file");
-    let file =
-        |name: &str| FileInfo { name: name.to_owned(), length: 1, digest: String::new() };
+    let file = |name: &str| FileInfo { name: name.to_owned(), length: 1, digest: String::new() };
     let mut news = run(4, State::Done, "pot");
     news.folder = Some(folder.path().to_owned());
     news.info.files = ["run.mcap", "preview.png", "job.bin"].map(file).to_vec();

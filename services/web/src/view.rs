@@ -128,6 +128,9 @@ pub struct WorkerView {
     pub(crate) gone_ms: Option<u64>,
 }
 
+/// The bytes of a picture.
+pub(crate) type Png = Arc<Vec<u8>>;
+
 /// What is known of a run beside what is published of it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RunExtras {
@@ -135,7 +138,7 @@ pub(crate) struct RunExtras {
     pub(crate) of: (u32, Option<u64>),
     pub(crate) figures: Option<RunFigures>,
     /// The newest picture of the run while it goes on, and its number.
-    pub(crate) still: Option<(u64, Arc<Vec<u8>>)>,
+    pub(crate) still: Option<(u64, Png)>,
 }
 
 /// The picture of a run that is over.

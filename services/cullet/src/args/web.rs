@@ -17,10 +17,9 @@ impl WebAddress {
             Some(place) => (place, true),
             None => (text, false),
         };
-        let place = place.strip_prefix("localhost:").map_or_else(
-            || place.to_owned(),
-            |port| format!("127.0.0.1:{port}"),
-        );
+        let place = place
+            .strip_prefix("localhost:")
+            .map_or_else(|| place.to_owned(), |port| format!("127.0.0.1:{port}"));
         let address: SocketAddr = place.parse().map_err(|_| {
             "it is an IP address with a port, such as 127.0.0.1:8080 or tls/192.168.1.10:8443"
                 .to_owned()
