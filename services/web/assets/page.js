@@ -213,8 +213,8 @@ function card(run) {
     if (at.steps) rows.push(["Step", `${number(at.step)} of ${number(at.steps)}`]);
     rows.push(["Simulated", `${at.time.toFixed(3)} of ${at.end.toFixed(3)} s`]);
     rows.push(["Bodies", number(at.bodies)], ["Fractures", number(at.fractures)]);
-    const solving = at.permille ? `, those at work are ${Math.floor(at.permille / 10)} % done` : "";
-    rows.push(["Jobs", at.jobs ? `waits for ${number(at.jobs)}${solving}` : "none to wait for"]);
+    const solving = at.permille ? ` (at work: ${Math.floor(at.permille / 10)} %)` : "";
+    rows.push(["Jobs", at.jobs ? `${number(at.jobs)} to do${solving}` : "none to wait for"]);
   }
   if (run.started_ms) {
     const rest = left(run, share);
@@ -276,7 +276,7 @@ function queue(runs) {
     run.user,
     { text: String(run.priority), className: "num" },
     { parts: [{ text: run.state, className: "state idle" }, ...(run.line ? [{ tag: "div", text: run.line, className: "why" }] : [])] },
-    { text: span(now() - run.submitted_ms), className: "num" },
+    { text: clockOf(run.submitted_ms), className: "num" },
   ]);
   byId("queue").parentElement.hidden = runs.length === 0;
   byId("queue-none").hidden = runs.length > 0;
