@@ -169,6 +169,12 @@ function why(run) {
   return run.code && CODES[run.code] ? CODES[run.code] : "";
 }
 
+/// A run's scene, with what tells it from others of it.
+function nameOf(run) {
+  const more = [run.sweep && `sweep ${run.sweep}`, ...run.overrides].filter(Boolean).join(" · ");
+  return { parts: [{ text: run.name }, ...(more ? [{ tag: "div", text: more, className: "why" }] : [])], className: "name" };
+}
+
 /// What is left of a run [ms], from how it got on in the last half of its time; null: unknown.
 function left(run, share) {
   const all = paces.get(run.run) ?? [];
@@ -272,7 +278,7 @@ function running(runs) {
 function queue(runs) {
   fill(byId("queue").tBodies[0], runs, (run) => String(run.run), (run) => [
     { text: String(run.run), className: "num" },
-    { text: run.name, className: "name" },
+    nameOf(run),
     run.user,
     { text: String(run.priority), className: "num" },
     { parts: [{ text: run.state, className: "state idle" }, ...(run.line ? [{ tag: "div", text: run.line, className: "why" }] : [])] },
@@ -326,7 +332,7 @@ function over(all) {
     links.forEach((link) => { link.title = `${link.text} of run ${run.run}`; });
     return [
       { text: String(run.run), className: "num" },
-      { text: run.name, className: "name" },
+      nameOf(run),
       run.user,
       { parts: [{ text, className: `state ${kind}` }, ...(reason ? [{ tag: "div", text: reason, className: "why" }] : [])] },
       { text: known ? number(known.fractures) : "", className: "num" },

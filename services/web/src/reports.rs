@@ -3,7 +3,7 @@
 use crate::pictures::Illustrator;
 use crate::view::{RECORDING, RunView};
 use std::collections::VecDeque;
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -57,8 +57,8 @@ impl Reports {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// The page of a run. It waits while another is made.
-    pub(crate) fn page(&self, view: &RunView) -> Result<Vec<u8>, NoReport> {
+    /// The page of a run, as a file. It waits while another is made.
+    pub(crate) fn page(&self, view: &RunView) -> Result<File, NoReport> {
         let run = view.info.run;
         let failed = |text: String| NoReport::Failed { run, text };
         let Some(folder) = view.folder.as_ref().filter(|_| view.report) else {
@@ -90,6 +90,6 @@ impl Reports {
         if length > MAX_PAGE {
             return Err(NoReport::LargePage { run, length });
         }
-        fs::read(&path).map_err(|error| failed(error.to_string()))
+        File::open(&path).map_err(|error| failed(error.to_string()))
     }
 }

@@ -9,13 +9,15 @@ use crate::view::{RunView, SHEET};
 use axum::Router;
 use axum::body::Body;
 use axum::extract::{Extension, Path, State};
-use axum::http::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE};
-use axum::http::{HeaderValue, Response, StatusCode};
+use axum::http::header::{CONTENT_LENGTH, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
+use axum::http::{HeaderName, HeaderValue, Response, StatusCode};
 use axum::response::IntoResponse;
 use axum::routing::get;
 use cullet_proto::service::FileInfo;
+use futures_util::stream::unfold;
 use serde::Serialize;
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::sync::Arc;
 use tokio::task::spawn_blocking;
 
@@ -27,6 +29,8 @@ const SCRIPT: &str = include_str!("../assets/page.js");
 const WATCHERS: usize = 64;
 /// Most bytes of a file of a run that is shown.
 const MAX_FILE: u64 = 64 << 20;
+/// Bytes of a file that are read ahead of whom they are sent to.
+const PIECE: u64 = 256 << 10;
 /// What is shown of a run that is over: name of the file, its kind.
 const SHOWN: [(&str, &str, &str); 3] = [
     ("picture", SHEET, "image/png"),
@@ -138,7 +142,7 @@ async fn report(State(sources): State<Sources>, Path(run): Path<String>) -> Repl
     let Some((view, _)) = sources.feed.run(run) else { return no_run(run) };
     let reports = Arc::clone(&sources.reports);
     match spawn_blocking(move || reports.page(&view)).await {
-        Ok(Ok(page)) => guarded(of_kind("text/html; charset=utf-8", page), REPORT_POLICY),
+        Ok(Ok(page)) => guarded(of_file("text/html; charset=utf-8", page), REPORT_POLICY),
         Ok(Err(no @ NoReport::Unfinished { .. })) => missing(format!("{no}\n")),
         Ok(Err(no)) => plain(StatusCode::UNPROCESSABLE_ENTITY, format!("{no}\n")),
         Err(error) => plain(StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")),
@@ -146,7 +150,11 @@ async fn report(State(sources): State<Sources>, Path(run): Path<String>) -> Repl
 }
 
 fn guarded(mut reply: Reply, policy: &'static str) -> Reply {
-    reply.headers_mut().insert(CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
+    let headers = reply.headers_mut();
+    headers.insert(CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
+    // What is shut off by its policy may have no other of this kind: browsers would refuse it.
+    let opener = HeaderName::from_static("cross-origin-opener-policy");
+    headers.insert(opener, HeaderValue::from_static("unsafe-none"));
     reply
 }
 
@@ -169,17 +177,44 @@ async fn file(State(sources): State<Sources>, Path((run, what)): Path<(String, S
     };
     let read = spawn_blocking(move || bounded(&folder.join(name)));
     match read.await {
-        Ok(Ok(bytes)) => guarded(of_kind(kind, bytes), DRAWING_POLICY),
+        Ok(Ok(file)) => guarded(of_file(kind, file), DRAWING_POLICY),
         Ok(Err(error)) => missing(format!("{name} of run {run}: {error}\n")),
         Err(error) => plain(StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")),
     }
 }
 
-fn bounded(path: &std::path::Path) -> io::Result<Vec<u8>> {
-    let length = cullet_files::regular::open(path)?.metadata()?.len();
+fn bounded(path: &std::path::Path) -> io::Result<File> {
+    let file = cullet_files::regular::open(path)?;
+    let length = file.metadata()?.len();
     if length > MAX_FILE {
         let text = format!("it has {length} bytes; {MAX_FILE} are shown at most");
         return Err(io::Error::other(text));
     }
-    cullet_files::regular::read(path)
+    Ok(file)
+}
+
+/// A file that is read as it is sent: whoever takes it slowly holds a piece of it, not all.
+fn of_file(kind: &'static str, file: File) -> Reply {
+    let length = file.metadata().map_or(0, |known| known.len());
+    let pieces = unfold((file, length), |(mut file, left)| async move {
+        if left == 0 {
+            return None;
+        }
+        let read = spawn_blocking(move || {
+            let mut piece = Vec::new();
+            let read = (&mut file).take(left.min(PIECE)).read_to_end(&mut piece);
+            read.map(|_| (piece, file))
+        });
+        match read.await {
+            Ok(Ok((piece, file))) if !piece.is_empty() => {
+                let left = left.saturating_sub(piece.len() as u64);
+                Some((Ok::<_, io::Error>(piece), (file, left)))
+            }
+            // It ends before its length: whoever takes it notices.
+            _ => None,
+        }
+    });
+    let mut reply = of_kind(kind, Body::from_stream(pieces));
+    reply.headers_mut().insert(CONTENT_LENGTH, HeaderValue::from(length));
+    reply
 }
