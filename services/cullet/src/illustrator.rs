@@ -15,6 +15,8 @@ const PICTURE: Duration = Duration::from_secs(60);
 const REPORT: Duration = Duration::from_secs(150);
 /// Between looks whether it is done.
 const LOOK: Duration = Duration::from_millis(20);
+/// A tick of the system's accounts of processor time \[ms\].
+const TICK_MS: u64 = 10;
 /// Longest error that is passed on \[bytes\].
 const MAX_ERROR: usize = 400;
 
@@ -35,7 +37,7 @@ impl ProcessIllustrator {
         (folder, file): (&Path, &Path),
         most: Duration,
         stop: &AtomicBool,
-    ) -> Result<(), String> {
+    ) -> Result<Duration, String> {
         let child = Command::new(&self.exe)
             .args(&words[..1])
             .arg(folder)
@@ -48,10 +50,14 @@ impl ProcessIllustrator {
             .stderr(Stdio::piped())
             .spawn();
         let mut child = child.map_err(|error| error.to_string())?;
-        let since = Instant::now();
+        let (since, mut took) = (Instant::now(), None);
         loop {
+            // Also once it has ended: it is there until it is waited for.
+            took = processor_time(child.id()).or(took);
             match child.try_wait() {
-                Ok(Some(code)) if code.success() => return Ok(()),
+                Ok(Some(code)) if code.success() => {
+                    return Ok(took.unwrap_or_else(|| since.elapsed()));
+                }
                 Ok(Some(_)) => return Err(said(&mut child)),
                 Ok(None) if stop.load(Ordering::Relaxed) => {
                     end(&mut child);
@@ -69,6 +75,16 @@ impl ProcessIllustrator {
             }
         }
     }
+}
+
+/// How much of a processor's time a process has had, where the system tells.
+fn processor_time(id: u32) -> Option<Duration> {
+    let text = std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
+    // Its name may have blanks and ends with a bracket; then the state is the first.
+    let (_, rest) = text.rsplit_once(')')?;
+    let mut fields = rest.split_whitespace().skip(11);
+    let mut ticks = || fields.next()?.parse::<u64>().ok();
+    Some(Duration::from_millis((ticks()? + ticks()?) * TICK_MS))
 }
 
 fn end(child: &mut Child) {
@@ -89,11 +105,11 @@ fn said(child: &mut Child) -> String {
 }
 
 impl Illustrator for ProcessIllustrator {
-    fn still(&self, folder: &Path, file: &Path, stop: &AtomicBool) -> Result<(), String> {
+    fn still(&self, folder: &Path, file: &Path, stop: &AtomicBool) -> Result<Duration, String> {
         self.run(&["still", "--last", "--size", SIZE], (folder, file), PICTURE, stop)
     }
 
     fn report(&self, folder: &Path, file: &Path, stop: &AtomicBool) -> Result<(), String> {
-        self.run(&["report"], (folder, file), REPORT, stop)
+        self.run(&["report"], (folder, file), REPORT, stop).map(drop)
     }
 }

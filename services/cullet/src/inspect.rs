@@ -125,11 +125,11 @@ pub(crate) fn still(args: &args::StillArgs) -> Result<Exit, CommandError> {
     Ok(Exit::Done)
 }
 
-/// Lets all others go first, if that is wished; where it cannot be done it does not matter.
+/// Lets others go first, if that is wished; where it cannot be done it does not matter.
 pub(crate) fn background(wished: bool) {
     #[cfg(unix)]
     if wished {
-        let _as_it_was = rustix::process::nice(19);
+        let _as_it_was = rustix::process::nice(10);
     }
     #[cfg(not(unix))]
     let _ = wished;

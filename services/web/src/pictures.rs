@@ -18,8 +18,8 @@ use std::time::{Duration, Instant};
 const LOOK: Duration = Duration::from_millis(100);
 /// Least time between the end of one picture and the begin of the next.
 const LEAST: Duration = Duration::from_secs(2);
-/// The same as a multiple of what the last one took: a core is drawn on for a twentieth of the time
-/// at most.
+/// The same as a multiple of the processor's time that the last one took: drawing takes a twentieth
+/// of a core at most.
 const REST: u32 = 19;
 /// Before a run is tried again that could not be drawn.
 const AGAIN: Duration = Duration::from_secs(10);
@@ -34,12 +34,12 @@ const PARTIAL: &str = "run.mcap.partial";
 
 /// Draws recordings. It is called from threads that may wait.
 pub trait Illustrator: Debug + Send + Sync {
-    /// Draws the present state of the run that records into `folder`, as PNG into `file`. Gives up
-    /// once `stop` is set.
+    /// Draws the present state of the run that records into `folder`, as PNG into `file`; hands back
+    /// how much of a processor's time that took. Gives up once `stop` is set.
     ///
     /// # Errors
     /// In words: there is nothing to see yet, or it cannot be drawn.
-    fn still(&self, folder: &Path, file: &Path, stop: &AtomicBool) -> Result<(), String>;
+    fn still(&self, folder: &Path, file: &Path, stop: &AtomicBool) -> Result<Duration, String>;
 
     /// Writes the report of the run in `folder` as a page into `file`. Gives up once `stop` is set.
     ///
@@ -48,36 +48,59 @@ pub trait Illustrator: Debug + Send + Sync {
     fn report(&self, folder: &Path, file: &Path, stop: &AtomicBool) -> Result<(), String>;
 }
 
-/// A thread that reads summaries and draws; it ends when dropped.
+/// Threads that read summaries and draw; they end when dropped.
 #[derive(Debug)]
-pub(crate) struct PictureThread {
+pub(crate) struct PictureThreads {
     stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
 }
 
-impl PictureThread {
+impl PictureThreads {
     pub(crate) fn start(feed: Feed, illustrator: Arc<dyn Illustrator>) -> std::io::Result<Self> {
         let folder = tempfile::tempdir()?;
-        let stop = Arc::<AtomicBool>::default();
-        let stopped = Arc::clone(&stop);
+        let mut all = Self { stop: Arc::default(), threads: Vec::new() };
+        let told = feed.clone();
+        all.spawn("cullet-figures", move |_| read_summaries(&told))?;
+        let mut studio = Studio::new(feed, illustrator);
+        all.spawn("cullet-pictures", move |stop| studio.look(folder.path(), stop))?;
+        Ok(all)
+    }
+
+    /// Does that again and again.
+    fn spawn(
+        &mut self,
+        name: &str,
+        mut act: impl FnMut(&AtomicBool) + Send + 'static,
+    ) -> std::io::Result<()> {
+        let stop = Arc::clone(&self.stop);
         let work = move || {
-            let mut studio = Studio::new(feed, illustrator);
-            while !stopped.load(Ordering::Relaxed) {
-                studio.look(folder.path(), &stopped);
+            while !stop.load(Ordering::Relaxed) {
+                act(&stop);
                 sleep(LOOK);
             }
         };
-        let thread = std::thread::Builder::new().name("cullet-pictures".into()).spawn(work)?;
-        Ok(Self { stop, thread: Some(thread) })
+        self.threads.push(std::thread::Builder::new().name(name.into()).spawn(work)?);
+        Ok(())
     }
 }
 
-impl Drop for PictureThread {
+impl Drop for PictureThreads {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
+        for thread in self.threads.drain(..) {
             let _panicked = thread.join();
         }
+    }
+}
+
+/// Reads what runs came to that are over and of which that is not known.
+fn read_summaries(feed: &Feed) {
+    let view = feed.now();
+    let over = |run: &&Arc<RunView>| run.info.state.is_over() && run.figures.is_none();
+    // The newest are seen first.
+    for run in view.runs.values().rev().filter(over).take(SUMMARIES) {
+        let told = run.folder.as_deref().map(figures::read).unwrap_or_default();
+        feed.tell_figures(run, told);
     }
 }
 
@@ -99,12 +122,6 @@ impl Studio {
 
     fn look(&mut self, folder: &Path, stop: &AtomicBool) {
         let view = self.feed.now();
-        let over = |run: &&Arc<RunView>| run.info.state.is_over() && run.figures.is_none();
-        // The newest are seen first.
-        for run in view.runs.values().rev().filter(over).take(SUMMARIES) {
-            let told = run.folder.as_deref().map(figures::read).unwrap_or_default();
-            self.feed.tell_figures(run, told);
-        }
         if self.feed.watchers() == 0 || Instant::now() < self.next {
             return;
         }
@@ -122,30 +139,35 @@ impl Studio {
             return;
         };
         let began = Instant::now();
-        let after = match self.draw(run, &folder.join(SHEET), stop) {
-            Ok(png) => {
+        let (after, took) = match self.draw(run, &folder.join(SHEET), stop) {
+            Ok((png, took)) => {
                 self.feed.tell_still(run, png);
-                Instant::now()
+                (Instant::now(), took)
             }
             Err(error) => {
                 tracing::debug!(run = run.info.run, "no picture: {error}");
-                Instant::now() + AGAIN
+                (Instant::now() + AGAIN, began.elapsed())
             }
         };
         self.drawn.insert(run.info.run, (length, after));
-        self.next = Instant::now() + LEAST.max(REST * began.elapsed());
+        self.next = Instant::now() + LEAST.max(REST * took);
     }
 
-    fn draw(&self, run: &RunView, file: &Path, stop: &AtomicBool) -> Result<Vec<u8>, String> {
+    fn draw(
+        &self,
+        run: &RunView,
+        file: &Path,
+        stop: &AtomicBool,
+    ) -> Result<(Vec<u8>, Duration), String> {
         let folder = run.folder.as_deref().ok_or("it has no folder")?;
-        self.illustrator.still(folder, file, stop)?;
+        let took = self.illustrator.still(folder, file, stop)?;
         let length = fs::metadata(file).map_err(|error| error.to_string())?.len();
         if length > MAX_PICTURE {
             return Err(format!("the picture has {length} bytes; at most {MAX_PICTURE} are shown"));
         }
         let png = fs::read(file).map_err(|error| error.to_string())?;
         fs::remove_file(file).map_err(|error| error.to_string())?;
-        Ok(png)
+        Ok((png, took))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::feed::Feed;
 use crate::headers::{guard, is_this_machine};
-use crate::pictures::{Illustrator, PictureThread};
+use crate::pictures::{Illustrator, PictureThreads};
 use crate::reports::Reports;
 use crate::routes::{Sources, routes};
 use crate::server::{Answer, Caller, HttpServer, ServerSetup, plain};
@@ -70,7 +70,7 @@ pub struct Website {
     server: Option<HttpServer>,
     reports: Arc<Reports>,
     feed: Feed,
-    _pictures: PictureThread,
+    _pictures: PictureThreads,
 }
 
 impl Website {
@@ -109,7 +109,7 @@ impl Website {
         let (name, answers) = ("cullet-web", Box::new(answer));
         let setup = ServerSetup { name, life: LIFE, stall, tls, answers };
         let server = Some(HttpServer::start(address, setup).map_err(failed)?);
-        let pictures = PictureThread::start(feed.clone(), illustrator).map_err(failed)?;
+        let pictures = PictureThreads::start(feed.clone(), illustrator).map_err(failed)?;
         Ok(Self { server, reports, feed, _pictures: pictures })
     }
 

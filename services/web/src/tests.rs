@@ -25,11 +25,11 @@ struct Scribe {
 }
 
 impl Illustrator for Scribe {
-    fn still(&self, folder: &Path, file: &Path, _: &AtomicBool) -> Result<(), String> {
+    fn still(&self, folder: &Path, file: &Path, _: &AtomicBool) -> Result<Duration, String> {
         let count = self.stills.fetch_add(1, Ordering::SeqCst) + 1;
         let length = std::fs::metadata(folder.join("run.mcap.partial")).map_or(0, |it| it.len());
-        std::fs::write(file, format!("picture {count} of {length} bytes"))
-            .map_err(|e| e.to_string())
+        let written = std::fs::write(file, format!("picture {count} of {length} bytes"));
+        written.map(|()| Duration::from_millis(1)).map_err(|e| e.to_string())
     }
 
     fn report(&self, folder: &Path, file: &Path, _: &AtomicBool) -> Result<(), String> {
@@ -226,14 +226,14 @@ fn a_page_beyond_this_machine_needs_tls() {
 #[test]
 fn a_watcher_sees_a_run_begin_get_on_and_end() {
     let place = place();
-    place.feed.publish(farm(vec![run(1, State::Done, "old")]));
+    place.feed.publish(farm(vec![run(1, State::Paused, "old")]));
     let mut watch = place.watch();
     let (name, all) = watch.next().expect("an event");
     assert_eq!((name.as_str(), &all["runs"][0]["name"]), ("farm", &"old".into()));
     let publish = |state: State, step: u64| {
         let mut news = run(2, state, HOSTILE);
         news.info.position = (step > 0).then(|| Position { step, ..Position::default() });
-        place.feed.publish(farm(vec![run(1, State::Done, "old"), news]));
+        place.feed.publish(farm(vec![run(1, State::Paused, "old"), news]));
     };
     for (state, step) in [(State::Queued, 0), (State::Running, 3), (State::Done, 0)] {
         publish(state, step);
