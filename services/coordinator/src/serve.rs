@@ -13,7 +13,6 @@ use super::reach::ReachWriter;
 use super::service::{Going, Pruning, RunTable, Service, Storage, Times};
 use super::store::Store;
 use super::timeline::RunHistory;
-use super::web::WebPage;
 use super::{prune, recovery};
 use cullet_files::clock::unix_ms;
 use cullet_files::output::next_folder;
@@ -81,7 +80,6 @@ fn open<'a>(
     let given = prune::numbered(&store, &mut journal, &mut board)?;
     prune::sweep(&store, &board, config.out.is_none().then_some(out.as_path()));
     let metrics = config.metrics.map(Metrics::serve).transpose()?;
-    let page = WebPage::open(config)?;
     let now = Instant::now();
     let mut service = Service {
         pool,
@@ -103,7 +101,7 @@ fn open<'a>(
         },
         pruning: Pruning { stuck: BTreeMap::new(), given },
         metrics,
-        page,
+        page: None,
         times: Times { since: now, begin_at: now, swept: now },
         leaving: false,
         report,
@@ -111,6 +109,7 @@ fn open<'a>(
     let goes_on = |entry: &&RunEntry| matches!(entry.state, State::Queued | State::Running);
     pool.retain_claimants(service.board.entries().filter(goes_on).map(|entry| entry.run).collect());
     service.prune();
+    service.open_page()?;
     Ok(service)
 }
 

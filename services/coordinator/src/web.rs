@@ -1,7 +1,6 @@
 //! The farm as its page has it: what is published, and when.
 
 use super::board::RunEntry;
-use super::config::ServiceConfig;
 use super::error::ServiceError;
 use super::service::Service;
 use cullet_web::{FarmNews, Feed, RunNews, Website};
@@ -12,22 +11,28 @@ pub(super) struct WebPage {
     _site: Website,
 }
 
-impl WebPage {
-    pub(super) fn open(config: &ServiceConfig) -> Result<Option<Self>, ServiceError> {
-        let Some(web) = &config.web else { return Ok(None) };
-        let feed = Feed::default();
-        let site = Website::serve(web.clone(), feed.clone())?;
-        Ok(Some(Self { feed, _site: site }))
-    }
-}
-
 impl Service<'_> {
+    /// Serves the page, if it is wished; who comes first finds what there is.
+    pub(super) fn open_page(&mut self) -> Result<(), ServiceError> {
+        let Some(web) = &self.config.web else { return Ok(()) };
+        let feed = Feed::default();
+        feed.publish(self.farm());
+        let site = Website::serve(web.clone(), feed.clone())?;
+        self.page = Some(WebPage { feed, _site: site });
+        Ok(())
+    }
+
     /// Puts down for watchers what there is, if it is time for it.
     pub(super) fn publish(&self) {
-        let Some(page) = self.page.as_ref().filter(|page| page.feed.is_due()) else { return };
+        if let Some(page) = self.page.as_ref().filter(|page| page.feed.is_due()) {
+            page.feed.publish(self.farm());
+        }
+    }
+
+    fn farm(&self) -> FarmNews {
         let (about, stats) = (self.about(), self.pool.stats());
         let runs = self.board.entries().map(|entry| self.news(entry)).collect();
-        page.feed.publish(FarmNews {
+        FarmNews {
             name: self.pool.name().to_string(),
             version: about.version,
             now_ms: about.now_ms,
@@ -38,7 +43,7 @@ impl Service<'_> {
             jobs_running: stats.jobs.running,
             runs,
             workers: self.pool.workers(),
-        });
+        }
     }
 
     fn news(&self, entry: &RunEntry) -> RunNews {
