@@ -210,11 +210,15 @@ function card(run) {
   const who = [run.user, run.sweep && `sweep ${run.sweep}`, run.attempt > 1 && `attempt ${run.attempt}`];
   say(find(".who"), [...who.filter(Boolean), ...run.overrides].join(" · "));
   const at = run.position;
-  const share = at && at.end > 0 ? Math.min(1, at.time / at.end) : 0;
+  // One that was somewhere and is nowhere has taken all its steps.
+  if (at) made.dataset.begun = `${run.attempt}`;
+  const ends = !at && made.dataset.begun === `${run.attempt}`;
+  const share = at && at.end > 0 ? Math.min(1, at.time / at.end) : Number(ends);
   find("progress").value = share;
   find("progress").setAttribute("aria-label", `Progress of run ${run.run}`);
-  say(find(".percent"), at ? `${(100 * share).toFixed(share < 0.1 ? 1 : 0)} %` : "");
+  say(find(".percent"), at || ends ? `${(100 * share).toFixed(share < 0.1 ? 1 : 0)} %` : "");
   const rows = [];
+  if (ends) rows.push(["Step", "all are taken; its files are written"]);
   if (at) {
     if (at.steps) rows.push(["Step", `${number(at.step)} of ${number(at.steps)}`]);
     rows.push(["Simulated", `${at.time.toFixed(3)} of ${at.end.toFixed(3)} s`]);
