@@ -13,6 +13,7 @@ mod cancel;
 mod clients;
 mod config;
 mod error;
+mod farm_news;
 mod handlers;
 mod journal;
 mod local;

@@ -13,6 +13,7 @@ use super::reach::ReachWriter;
 use super::service::{Going, Pruning, RunTable, Service, Storage, Times};
 use super::store::Store;
 use super::timeline::RunHistory;
+use super::web::WebPage;
 use super::{prune, recovery};
 use cullet_files::clock::unix_ms;
 use cullet_files::output::next_folder;
@@ -109,7 +110,9 @@ fn open<'a>(
     let goes_on = |entry: &&RunEntry| matches!(entry.state, State::Queued | State::Running);
     pool.retain_claimants(service.board.entries().filter(goes_on).map(|entry| entry.run).collect());
     service.prune();
-    service.open_page()?;
+    if let Some(web) = &config.web {
+        service.page = Some(WebPage::open(web.clone(), service.farm())?);
+    }
     Ok(service)
 }
 
@@ -124,7 +127,9 @@ impl Service<'_> {
         }
         self.reap();
         self.answer_followers();
-        self.publish();
+        if let Some(page) = &self.page {
+            page.publish(|| self.farm());
+        }
         if self.times.swept.elapsed() >= SWEEP {
             self.times.swept = Instant::now();
             self.clients.server.sweep();

@@ -79,7 +79,8 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, CommandError
     Ok(Exit::Done)
 }
 
-/// Where the farm's page is, and who may see it: users and operators, or whoever is on this machine.
+/// Where the farm's page is, and who may see it: users and operators, or whoever is on this
+/// machine.
 fn web(args: &args::Coordinator, guard: &ServerAccess) -> Result<Option<WebConfig>, CommandError> {
     let Some(web) = args.web else { return Ok(None) };
     let identity = match (web.tls, &args.guard.tls, &guard.roles) {

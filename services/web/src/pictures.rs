@@ -34,8 +34,8 @@ const PARTIAL: &str = "run.mcap.partial";
 
 /// Draws recordings. It is called from threads that may wait.
 pub trait Illustrator: Debug + Send + Sync {
-    /// Draws the present state of the run that records into `folder`, as PNG into `file`; hands back
-    /// how much of a processor's time that took. Gives up once `stop` is set.
+    /// Draws the present state of the run that records into `folder`, as PNG into `file`, and
+    /// hands back how much of a processor's time that took. Gives up once `stop` is set.
     ///
     /// # Errors
     /// In words: there is nothing to see yet, or it cannot be drawn.

@@ -219,7 +219,9 @@ async fn talk(stream: TcpStream, setup: Arc<ServerSetup>, watching: Arc<AtomicBo
     let caller = Caller { shown: None, watching: Arc::clone(&watching) };
     tokio::select! {
         () = greet(stream, &setup, caller) => {}
-        () = stall.wait(setup.stall) => tracing::debug!("{}: one that took nothing is sent away", setup.name),
+        () = stall.wait(setup.stall) => {
+            tracing::debug!("{}: one that took nothing is sent away", setup.name);
+        }
         () = old => {}
     }
 }

@@ -47,8 +47,9 @@ pub struct WebIdentity {
 pub enum WebError {
     /// Other machines could watch, whoever they are.
     #[error(
-        "the page at {address}: other machines can reach this address, and there is no TLS; name \
-         an address of this machine alone, such as 127.0.0.1:{}, or serve it with TLS", .address.port()
+        "the page at {address}: other machines can reach this address, and there is no TLS; serve \
+         it with TLS, or at an address of this machine alone, such as 127.0.0.1:{}",
+        .address.port()
     )]
     Open {
         /// The address.
