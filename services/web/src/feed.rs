@@ -18,11 +18,11 @@ const ALONE: Duration = Duration::from_secs(3);
 /// The present state of a farm. Clones are the same feed.
 #[derive(Clone, Debug)]
 pub struct Feed {
-    inner: Arc<Inner>,
+    inner: Arc<FeedSlot>,
 }
 
 #[derive(Debug)]
-struct Inner {
+struct FeedSlot {
     slot: watch::Sender<Arc<FarmView>>,
     extras: Mutex<BTreeMap<u64, RunExtras>>,
     published: Mutex<Option<Instant>>,
@@ -31,7 +31,7 @@ struct Inner {
 
 impl Default for Feed {
     fn default() -> Self {
-        let inner = Inner {
+        let inner = FeedSlot {
             slot: watch::Sender::new(Arc::new(FarmView::default())),
             extras: Mutex::default(),
             published: Mutex::default(),
