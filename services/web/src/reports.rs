@@ -19,7 +19,7 @@ const MAX_RECORDING: u64 = 1 << 30;
 pub(crate) const MAX_PAGE: u64 = 256 << 20;
 
 /// Which report: of a run and an attempt that ended then.
-type Key = (u64, u32, Option<u64>);
+type ReportKey = (u64, u32, Option<u64>);
 
 /// Why there is no report.
 #[derive(Debug, thiserror::Error)]
@@ -42,7 +42,7 @@ pub(crate) enum NoReport {
 pub(crate) struct Reports {
     illustrator: Arc<dyn Illustrator>,
     folder: TempDir,
-    made: Mutex<VecDeque<(Key, PathBuf)>>,
+    made: Mutex<VecDeque<(ReportKey, PathBuf)>>,
     stop: AtomicBool,
 }
 
