@@ -45,7 +45,7 @@ pub(crate) struct Sources {
     pub(crate) reports: Arc<Reports>,
 }
 
-type Reply = Response<Body>;
+type WebReply = Response<Body>;
 
 /// Every way to ask.
 pub(crate) fn routes(sources: Sources) -> Router {
@@ -65,28 +65,28 @@ pub(crate) fn routes(sources: Sources) -> Router {
         .with_state(sources)
 }
 
-async fn asset(text: &'static str, kind: &'static str) -> Reply {
+async fn asset(text: &'static str, kind: &'static str) -> WebReply {
     of_kind(kind, text)
 }
 
-fn of_kind(kind: &'static str, bytes: impl Into<Body>) -> Reply {
+fn of_kind(kind: &'static str, bytes: impl Into<Body>) -> WebReply {
     let mut reply = Response::new(bytes.into());
     reply.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(kind));
     reply
 }
 
-fn missing(text: impl Into<String>) -> Reply {
+fn missing(text: impl Into<String>) -> WebReply {
     plain(StatusCode::NOT_FOUND, text)
 }
 
-fn json(data: &impl Serialize) -> Reply {
+fn json(data: &impl Serialize) -> WebReply {
     match serde_json::to_vec(data) {
         Ok(bytes) => of_kind("application/json", bytes),
         Err(error) => plain(StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")),
     }
 }
 
-async fn watch(State(sources): State<Sources>, Extension(caller): Extension<Caller>) -> Reply {
+async fn watch(State(sources): State<Sources>, Extension(caller): Extension<Caller>) -> WebReply {
     if sources.feed.watchers() >= WATCHERS {
         let text = format!("{WATCHERS} watch already, which is as many as may\n");
         return plain(StatusCode::SERVICE_UNAVAILABLE, text);
@@ -94,16 +94,16 @@ async fn watch(State(sources): State<Sources>, Extension(caller): Extension<Call
     events(&sources.feed, caller.watching).into_response()
 }
 
-async fn farm(State(sources): State<Sources>) -> Reply {
+async fn farm(State(sources): State<Sources>) -> WebReply {
     json(&sources.feed.now().clock)
 }
 
-async fn runs(State(sources): State<Sources>) -> Reply {
+async fn runs(State(sources): State<Sources>) -> WebReply {
     let now = sources.feed.now();
     json(&now.runs.values().map(|run| &**run).collect::<Vec<_>>())
 }
 
-async fn workers(State(sources): State<Sources>) -> Reply {
+async fn workers(State(sources): State<Sources>) -> WebReply {
     json(&*sources.feed.now().workers)
 }
 
@@ -115,15 +115,15 @@ struct WholeRun<'a> {
     products: &'a [FileInfo],
 }
 
-fn number(text: &str) -> Result<u64, Box<Reply>> {
+fn number(text: &str) -> Result<u64, Box<WebReply>> {
     text.parse().map_err(|_| Box::new(missing("a run is named by its number\n")))
 }
 
-fn no_run(run: u64) -> Reply {
+fn no_run(run: u64) -> WebReply {
     missing(format!("there is no run {run}\n"))
 }
 
-async fn run(State(sources): State<Sources>, Path(run): Path<String>) -> Reply {
+async fn run(State(sources): State<Sources>, Path(run): Path<String>) -> WebReply {
     let run = match number(&run) {
         Ok(run) => run,
         Err(reply) => return *reply,
@@ -134,7 +134,7 @@ async fn run(State(sources): State<Sources>, Path(run): Path<String>) -> Reply {
     }
 }
 
-async fn report(State(sources): State<Sources>, Path(run): Path<String>) -> Reply {
+async fn report(State(sources): State<Sources>, Path(run): Path<String>) -> WebReply {
     let run = match number(&run) {
         Ok(run) => run,
         Err(reply) => return *reply,
@@ -149,7 +149,7 @@ async fn report(State(sources): State<Sources>, Path(run): Path<String>) -> Repl
     }
 }
 
-fn guarded(mut reply: Reply, policy: &'static str) -> Reply {
+fn guarded(mut reply: WebReply, policy: &'static str) -> WebReply {
     let headers = reply.headers_mut();
     headers.insert(CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
     // What is shut off by its policy may have no other of this kind: browsers would refuse it.
@@ -159,7 +159,10 @@ fn guarded(mut reply: Reply, policy: &'static str) -> Reply {
 }
 
 /// A picture, a film or a timeline of a run; of one that goes on the newest picture.
-async fn file(State(sources): State<Sources>, Path((run, what)): Path<(String, String)>) -> Reply {
+async fn file(
+    State(sources): State<Sources>,
+    Path((run, what)): Path<(String, String)>,
+) -> WebReply {
     let run = match number(&run) {
         Ok(run) => run,
         Err(reply) => return *reply,
@@ -194,7 +197,7 @@ fn bounded(path: &std::path::Path) -> io::Result<File> {
 }
 
 /// A file that is read as it is sent: whoever takes it slowly holds a piece of it, not all.
-fn of_file(kind: &'static str, file: File) -> Reply {
+fn of_file(kind: &'static str, file: File) -> WebReply {
     let length = file.metadata().map_or(0, |known| known.len());
     let pieces = unfold((file, length), |(mut file, left)| async move {
         if left == 0 {
