@@ -117,7 +117,7 @@ fn a_watcher_sees_a_run_begin_get_on_and_end() {
     let body = png.windows(4).position(|four| four == b"\r\n\r\n").expect("a head") + 4;
     assert!(png[body..].starts_with(b"\x89PNG"), "it is a picture");
     let page = get(farm.port, &format!("/runs/{run}/report"));
-    assert!(page.starts_with("HTTP/1.1 200") && page.contains("id=\"report\""), "{:.300}", page);
+    assert!(page.starts_with("HTTP/1.1 200") && page.contains("id=\"report\""), "{page:.300}");
     common::signal(farm.coordinator.id(), "TERM");
     assert!(all.any(|news| news["leaving"] == true), "it says that it leaves");
     assert_eq!(farm.coordinator.wait(LIMIT), Some(0), "{}", farm.coordinator.stderr());
