@@ -129,6 +129,12 @@ impl Roles {
         &self.operators
     }
 
+    /// Who may submit and watch all: users and operators.
+    #[must_use]
+    pub fn users(&self) -> &BTreeSet<WorkerId> {
+        &self.users
+    }
+
     /// The rules of a router, or of a coordinator that is one.
     #[must_use]
     pub fn access(&self) -> Rules {

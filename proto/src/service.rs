@@ -307,6 +307,12 @@ pub struct Position {
     /// How far those at workers are, in the mean \[1/1000\]; 0 where none is.
     #[serde(default)]
     pub permille: u16,
+    /// Steps of the world that are taken.
+    #[serde(default)]
+    pub step: u64,
+    /// Steps until its end; 0 where that is not told.
+    #[serde(default)]
+    pub steps: u64,
 }
 
 /// Fracture jobs of a run.

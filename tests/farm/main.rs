@@ -26,3 +26,4 @@ mod service;
 mod soak;
 mod streams;
 mod sweeps;
+mod web;

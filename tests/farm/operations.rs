@@ -78,7 +78,7 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
         return skip("docs/operations.md: there is no curl");
     }
     let folder = desk("operations");
-    let [first, second, third, metrics] = ports();
+    let [first, second, third, metrics, web] = ports();
     let mut script = String::from("set -eu\ntrap 'kill $(jobs -p) 2>/dev/null; wait' EXIT\n");
     for block in blocks("docs/operations.md", "sh") {
         for line in block.lines() {
@@ -97,6 +97,7 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
         .replace("7448", &second)
         .replace("7449", &third)
         .replace("9464", &metrics)
+        .replace("8080", &web)
         .replace("scenes/bullet", "tests/corpus/drop.toml");
     let said = shell(&folder, &format!("set -x\n{script}"));
     let (out, text) =
@@ -114,6 +115,8 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
         "run 4 is paused",
         "run 4 is cancelled",
         "cullet_runs{",
+        "\"jobs_waiting\":",
+        "\"line\":",
         "a gets no more jobs",
         "run 4 is deleted",
     ] {

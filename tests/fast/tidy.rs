@@ -44,7 +44,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "scene", "specimen",
         ],
     ),
-    ("services/coordinator", &["files", "picture", "pool", "proto", "run", "scene"]),
+    ("services/web", &["files", "proto"]),
+    ("services/coordinator", &["files", "picture", "pool", "proto", "run", "scene", "web"]),
     (
         "services/worker",
         &[
@@ -77,6 +78,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "run",
             "scene",
             "view",
+            "web",
             "worker",
         ],
     ),
@@ -110,7 +112,8 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("bincode::", &["proto/src/codec.rs"]),
     ("zenoh::", &["services/pool/src", "services/worker/src/link"]),
     ("mcap::", &["services/record/src"]),
-    ("hyper::", &["services/coordinator/src/metrics"]),
+    ("hyper::", &["services/web/src"]),
+    ("axum::", &["services/web/src"]),
 ];
 
 const MAX_LINE: usize = 100;

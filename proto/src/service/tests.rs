@@ -40,13 +40,15 @@ fn bulk_comes_back_and_what_is_not_understood_is_refused() -> Result<(), WireErr
 /// A coordinator of the same generation may be older, and not tell of jobs.
 #[test]
 fn a_position_is_the_text_that_the_protocol_page_shows() -> Result<(), WireError> {
-    let line = r#"{"time":0.1,"end":2.0,"bodies":17,"fractures":1,"jobs":1,"permille":640}"#;
+    let old = r#"{"time":0.1,"end":2.0,"bodies":17,"fractures":1}"#;
+    let more = r#","jobs":1,"permille":640,"step":24,"steps":480}"#;
+    let line = old.replace('}', more);
     let (time, end, bodies, fractures) = (0.1, 2.0, 17, 1);
-    let told = Position { time, end, bodies, fractures, jobs: 1, permille: 640 };
+    let (jobs, permille) = (1, 640);
+    let told = Position { time, end, bodies, fractures, jobs, permille, step: 24, steps: 480 };
     assert_eq!(seal(&told, b"")?, line.as_bytes());
-    let old = line.replace(r#","jobs":1,"permille":640"#, "");
     let known: Position = open(old.as_bytes())?.0;
-    assert_eq!(known, Position { jobs: 0, permille: 0, ..told });
+    assert_eq!(known, Position { jobs: 0, permille: 0, step: 0, steps: 0, ..told });
     Ok(())
 }
 

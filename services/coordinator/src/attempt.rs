@@ -71,7 +71,7 @@ impl Ended {
 /// who looks for the largest run has to find it by then.
 fn start_of(scene: &Scene) -> Position {
     let (end, bodies) = (scene.world.duration, scene.bodies.len() as u64);
-    Position { time: 0.0, end, bodies, fractures: 0, jobs: 0, permille: 0 }
+    Position { end, bodies, steps: scene.steps(), ..Position::default() }
 }
 
 impl RunAttempt {

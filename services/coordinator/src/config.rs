@@ -1,6 +1,7 @@
 //! How the service is set up.
 
 use cullet_proto::WorkerId;
+use cullet_web::WebConfig;
 use std::collections::BTreeSet;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -16,6 +17,8 @@ pub struct ServiceConfig {
     pub stop_after: Option<u32>,
     /// Where metrics and health can be asked for.
     pub metrics: Option<SocketAddr>,
+    /// Where the farm can be watched as a page, and by whom.
+    pub web: Option<WebConfig>,
     /// Who may control the runs of others and drain workers; `None`: anybody, where no certificate
     /// says who somebody is.
     pub operators: Option<BTreeSet<WorkerId>>,

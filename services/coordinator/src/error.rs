@@ -1,6 +1,7 @@
 //! Why the service does not start or go on.
 
 use cullet_pool::LinkError;
+use cullet_web::WebError;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -128,6 +129,9 @@ pub enum ServiceError {
         /// The reason, in words.
         text: String,
     },
+    /// The page is not served.
+    #[error(transparent)]
+    Web(#[from] WebError),
 }
 
 impl ServiceError {

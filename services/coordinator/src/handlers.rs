@@ -301,7 +301,7 @@ impl Service<'_> {
         }
     }
 
-    fn info(&self, entry: &RunEntry) -> RunInfo {
+    pub(super) fn info(&self, entry: &RunEntry) -> RunInfo {
         let running = entry.state == State::Running;
         let live = self.runs.statuses.get(&entry.run);
         let jobs = if entry.state.is_over() { entry.end.jobs } else { self.jobs(entry.run) };
@@ -340,7 +340,7 @@ impl Service<'_> {
         Some(up.map(|worker| worker.session).collect())
     }
 
-    fn about(&self) -> About {
+    pub(super) fn about(&self) -> About {
         let state = self.storage.store.named();
         About {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -426,7 +426,16 @@ mod tests {
         };
         let (time, many) = (1.0 / 3.0, 1 << 20);
         let permille = 1_000;
-        let at = Position { time, end: time, bodies: many, fractures: many, jobs: many, permille };
+        let at = Position {
+            time,
+            end: time,
+            bodies: many,
+            fractures: many,
+            jobs: many,
+            permille,
+            step: many,
+            steps: many,
+        };
         let all = Runs { runs: vec![brief(run.clone()); MAX_KEPT] };
         let length = serde_json::to_string(&all).expect("JSON").len();
         let going = brief(RunInfo { position: Some(at), ..run });

@@ -13,6 +13,7 @@ mod cancel;
 mod clients;
 mod config;
 mod error;
+mod farm_news;
 mod handlers;
 mod journal;
 mod local;
@@ -30,6 +31,7 @@ mod service;
 mod store;
 pub mod sweep;
 mod timeline;
+mod web;
 
 pub use config::ServiceConfig;
 pub use error::ServiceError;

@@ -1,13 +1,10 @@
 //! Metrics in Prometheus' text format at `/metrics`, and health at `/healthz` and `/readyz`.
 
-mod http;
-
 use super::board::Board;
 use super::error::ServiceError;
 use cullet_pool::{PoolStats, Refusals};
 use cullet_proto::service::State;
-use http::Server;
-use hyper::StatusCode;
+use cullet_web::TextServer;
 use std::fmt::Write;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -22,14 +19,15 @@ type Last = Mutex<(String, Instant)>;
 /// What is answered over HTTP; it ends when dropped.
 pub(super) struct Metrics {
     last: Arc<Last>,
-    _server: Server,
+    _server: TextServer,
 }
 
 impl Metrics {
     pub(super) fn serve(address: SocketAddr) -> Result<Self, ServiceError> {
         let last: Arc<Last> = Arc::new(Mutex::new((String::new(), Instant::now())));
         let shared = Arc::clone(&last);
-        let server = Server::start(address, Arc::new(move |path: &str| answer(path, &shared)));
+        let answers = move |path: &str| answer(path, &shared);
+        let server = TextServer::start("cullet-metrics", address, Arc::new(answers));
         let failed =
             |error: std::io::Error| ServiceError::Metrics { address, text: error.to_string() };
         Ok(Self { last, _server: server.map_err(failed)? })
@@ -40,16 +38,14 @@ impl Metrics {
     }
 }
 
-fn answer(path: &str, last: &Last) -> (StatusCode, String) {
+fn answer(path: &str, last: &Last) -> (u16, String) {
     let last = last.lock().unwrap_or_else(PoisonError::into_inner);
     let (text, at) = &*last;
     match path {
-        "/metrics" => (StatusCode::OK, text.clone()),
-        "/healthz" | "/readyz" if at.elapsed() < HEALTHY => (StatusCode::OK, "ok\n".to_owned()),
-        "/healthz" | "/readyz" => {
-            (StatusCode::SERVICE_UNAVAILABLE, "the coordinator hangs\n".to_owned())
-        }
-        _ => (StatusCode::NOT_FOUND, "there are /metrics, /healthz and /readyz\n".to_owned()),
+        "/metrics" => (200, text.clone()),
+        "/healthz" | "/readyz" if at.elapsed() < HEALTHY => (200, "ok\n".to_owned()),
+        "/healthz" | "/readyz" => (503, "the coordinator hangs\n".to_owned()),
+        _ => (404, "there are /metrics, /healthz and /readyz\n".to_owned()),
     }
 }
 

@@ -145,6 +145,11 @@ impl RunStatus {
         self.inner().jobs
     }
 
+    /// What was said last.
+    pub(super) fn last_line(&self) -> Option<String> {
+        self.inner().lines.back().cloned()
+    }
+
     pub(super) fn timeline(&self) -> Vec<JobTimes> {
         self.inner().timeline.clone()
     }

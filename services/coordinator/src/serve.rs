@@ -13,6 +13,7 @@ use super::reach::ReachWriter;
 use super::service::{Going, Pruning, RunTable, Service, Storage, Times};
 use super::store::Store;
 use super::timeline::RunHistory;
+use super::web::WebPage;
 use super::{prune, recovery};
 use cullet_files::clock::unix_ms;
 use cullet_files::output::next_folder;
@@ -101,6 +102,7 @@ fn open<'a>(
         },
         pruning: Pruning { stuck: BTreeMap::new(), given },
         metrics,
+        page: None,
         times: Times { since: now, begin_at: now, swept: now },
         leaving: false,
         report,
@@ -108,6 +110,9 @@ fn open<'a>(
     let goes_on = |entry: &&RunEntry| matches!(entry.state, State::Queued | State::Running);
     pool.retain_claimants(service.board.entries().filter(goes_on).map(|entry| entry.run).collect());
     service.prune();
+    if let Some(web) = &config.web {
+        service.page = Some(WebPage::open(web.clone(), service.farm())?);
+    }
     Ok(service)
 }
 
@@ -122,6 +127,9 @@ impl Service<'_> {
         }
         self.reap();
         self.answer_followers();
+        if let Some(page) = &self.page {
+            page.publish(|| self.farm());
+        }
         if self.times.swept.elapsed() >= SWEEP {
             self.times.swept = Instant::now();
             self.clients.server.sweep();

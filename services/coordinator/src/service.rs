@@ -12,6 +12,7 @@ use super::quota::{self, Quota};
 use super::remains::ends_here;
 use super::run_status::RunStatus;
 use super::store::Store;
+use super::web::WebPage;
 use cullet_pool::Pool;
 use cullet_proto::service::JobCounts;
 use std::collections::BTreeMap;
@@ -77,6 +78,7 @@ pub(super) struct Service<'a> {
     pub(super) runs: RunTable,
     pub(super) pruning: Pruning,
     pub(super) metrics: Option<Metrics>,
+    pub(super) page: Option<WebPage>,
     pub(super) times: Times,
     pub(super) leaving: bool,
     pub(super) report: &'a mut dyn FnMut(&str),

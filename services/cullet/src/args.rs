@@ -3,7 +3,9 @@
 mod export;
 mod farm;
 mod limit;
+mod picture;
 mod voice;
+mod web;
 
 pub(crate) use export::{ExportArgs, ReportArgs};
 pub(crate) use farm::DEFAULT_ENDPOINT;
@@ -11,7 +13,9 @@ pub(crate) use farm::{
     ConnectArgs, Doctor, DrainArgs, FetchArgs, OfRun, OfRuns, Ps, RouterArgs, SubmitArgs, What, Who,
 };
 pub(crate) use limit::{Memory, memory};
+pub(crate) use picture::{Preview, StillArgs};
 pub(crate) use voice::{Log, Voice};
+pub(crate) use web::WebAddress;
 
 use clap::{Args, Parser, Subcommand};
 use cullet_lab::SweptSetting;
@@ -259,6 +263,10 @@ pub(crate) struct RunArgs {
     /// Do not draw the previews
     #[arg(long)]
     pub(crate) no_pictures: bool,
+    /// Show the run as a page for a browser on this machine while it goes on
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true,
+        default_missing_value = "127.0.0.1:8080", value_parser = WebAddress::parse)]
+    pub(crate) live: Option<WebAddress>,
     #[command(flatten)]
     pub(crate) voice: Voice,
 }
@@ -327,6 +335,10 @@ pub(crate) struct Coordinator {
     /// 127.0.0.1:9464; an address that other machines reach needs --insecure
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) metrics: Option<std::net::SocketAddr>,
+    /// Serve the farm as a page for browsers at this address: 127.0.0.1:8080, for this machine
+    /// alone, or tls/HOST-IP:PORT, for users and operators who show their certificates
+    #[arg(long, value_name = "ADDRESS", value_parser = WebAddress::parse)]
+    pub(crate) web: Option<WebAddress>,
     #[command(flatten)]
     pub(crate) voice: Voice,
 }
@@ -402,34 +414,6 @@ pub(crate) struct Recover {
     pub(crate) recording: PathBuf,
     /// The file to write [default: the recording's name without .partial, or with .recovered.mcap]
     #[arg(short, long)]
-    pub(crate) output: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Preview {
-    /// A recording, or the folder of a run
-    pub(crate) recording: PathBuf,
-    /// Folder for the pictures [default: the recording's folder]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct StillArgs {
-    /// A recording, or the folder of a run
-    pub(crate) recording: PathBuf,
-    /// Time of the picture, in seconds of the run [default: shortly after the first fracture,
-    /// or when half of what tears in sheets is torn]
-    #[arg(long, value_name = "SECONDS", value_parser = non_negative)]
-    pub(crate) at: Option<f64>,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = size)]
-    pub(crate) size: (usize, usize),
-    /// Move the camera in, until the objects that break fill the picture
-    #[arg(long)]
-    pub(crate) close: bool,
-    /// The file to write, ending in .png [default: still.png in the recording's folder]
-    #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 }
 

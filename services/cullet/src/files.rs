@@ -15,6 +15,8 @@ const WORKER: u64 = 4;
 const RUN: u64 = 4;
 /// Connections of those who ask for metrics.
 const METRICS: u64 = 66;
+/// Connections of those who watch a page and of strangers there, and what is read for them.
+const PAGE: u64 = 140;
 /// More than this is not asked for.
 #[cfg(unix)]
 const MOST: u64 = 1 << 16;
@@ -23,9 +25,13 @@ fn needed(command: &Command) -> Option<u64> {
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
     let workers = |asked: Option<u16>| WORKER * asked.map_or(cores, u64::from);
     Some(match command {
-        Command::Run(args) => BASE + workers(args.workers) + RUN,
+        Command::Run(args) => {
+            let page = args.live.map_or(0, |_| PAGE);
+            BASE + workers(args.workers) + RUN + page
+        }
         Command::Coordinator(args) => {
-            let metrics = args.metrics.map_or(0, |_| METRICS);
+            let page = args.web.map_or(0, |_| PAGE);
+            let metrics = args.metrics.map_or(0, |_| METRICS) + page;
             BASE + workers(Some(args.workers)) + RUN * u64::from(args.runs) + metrics
         }
         Command::Worker(_) | Command::Router(_) => BASE,

@@ -4,7 +4,7 @@ use crate::exit::{CommandError, Exit, print};
 use crate::folder::{Folder, refuse_itself};
 use crate::shown::{lines, shown};
 use crate::{args, logs};
-use cullet_picture::{Still, from_recording};
+use cullet_picture::{Still, StillTime, from_recording};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, CommandError> {
@@ -112,11 +112,27 @@ pub(crate) fn still(args: &args::StillArgs) -> Result<Exit, CommandError> {
         let text = format!("{}: a still is written as PNG; name it .png", file.display());
         return Err(CommandError::new(Exit::Usage, text).at(file.display()));
     }
-    let wanted = Still { time: args.at, size: args.size, close: args.close };
+    background(args.background);
+    let time = match (args.at, args.last) {
+        (Some(time), _) => StillTime::At(time),
+        (None, true) => StillTime::Last,
+        (None, false) => StillTime::Telling,
+    };
+    let wanted = Still { time, size: args.size, close: args.close };
     let time = cullet_picture::still(&recording, &wanted, &file);
     let time = time.map_err(|error| unreadable(&error, &recording))?;
     logs::say(format!("{}: the run at {time:.4} s", file.display()));
     Ok(Exit::Done)
+}
+
+/// Lets others go first, if that is wished; where it cannot be done it does not matter.
+pub(crate) fn background(wished: bool) {
+    #[cfg(unix)]
+    if wished {
+        let _as_it_was = rustix::process::nice(10);
+    }
+    #[cfg(not(unix))]
+    let _ = wished;
 }
 
 pub(crate) fn materials(args: &args::Materials) -> Result<Exit, CommandError> {

@@ -3,6 +3,7 @@
 use cullet_coordinator::run_here;
 use cullet_pool::{LinkError, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_proto::keys::DEFAULT_COORDINATOR;
+use cullet_proto::service::WorkerInfo;
 use cullet_run::{News, Outcome, RunError, RunOptions};
 use cullet_scene::Scene;
 use cullet_worker::{WorkerConfig, WorkerError};
@@ -125,6 +126,19 @@ impl LocalPool {
             std::thread::sleep(LOOK);
         }
         Ok(())
+    }
+
+    /// The workers, by name.
+    #[must_use]
+    pub fn workers(&self) -> Vec<WorkerInfo> {
+        self.pool.workers()
+    }
+
+    /// Jobs that wait for a worker, and jobs at workers.
+    #[must_use]
+    pub fn jobs(&self) -> (u64, u64) {
+        let jobs = self.pool.stats().jobs;
+        (jobs.waiting, jobs.running)
     }
 
     /// Runs a scene to its end, or until `options.stop` is set. Writes `run.mcap`, `summary.json`

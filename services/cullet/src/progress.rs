@@ -141,7 +141,7 @@ fn share(position: &Position) -> f64 {
 
 /// Where a run is, in a line: also how far those of its jobs are that workers solve.
 pub(crate) fn text(p: &Position) -> String {
-    let Position { time, end, bodies, fractures, jobs, permille } = p;
+    let Position { time, end, bodies, fractures, jobs, permille, .. } = p;
     let at = format!("{time:.3} of {end:.3} s, {bodies} bodies, {fractures} fractures");
     let solving = Some(permille / 10).filter(|_| *permille > 0);
     let solving = solving.map(|percent| format!(" (at work: {percent} %)")).unwrap_or_default();
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn a_line_says_how_far_the_solves_are() {
         let (time, end, bodies, fractures) = (0.5, 2.0, 3, 1);
-        let at = Position { time, end, bodies, fractures, jobs: 2, permille: 0 };
+        let at = Position { time, end, bodies, fractures, jobs: 2, ..Position::default() };
         let line = "0.500 of 2.000 s, 3 bodies, 1 fractures, 2 jobs to do";
         assert_eq!(text(&at), line);
         assert_eq!(text(&Position { permille: 474, ..at }), format!("{line} (at work: 47 %)"));

@@ -2,7 +2,7 @@
 
 use crate::args;
 use crate::exit::{CommandError, Exit};
-use crate::inspect::{unreadable, within};
+use crate::inspect::{background, unreadable, within};
 use crate::logs;
 use cullet_export::page_glb;
 use cullet_files::output::write_file;
@@ -18,6 +18,7 @@ const PICTURE: &str = "preview.png";
 const PAGE: &str = "report.html";
 
 pub(crate) fn report(args: &args::ReportArgs) -> Result<Exit, CommandError> {
+    background(args.background);
     let named = &args.run;
     let is_sweep = named.is_dir() && named.join(TABLE).is_file();
     let page = if is_sweep { sweep(named)? } else { run(&within(named)?)? };

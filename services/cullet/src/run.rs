@@ -2,6 +2,7 @@
 
 use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::Folder;
+use crate::live::LivePage;
 use crate::progress::ProgressDisplay;
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
@@ -9,21 +10,30 @@ use crate::{args, logs};
 use cullet::{LocalPool, LocalRunError, LocalWorkers, Scene, spare_cores};
 use cullet::{Outcome, RunError, RunOptions};
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let scene = read_scene(&args.scene)?;
     let stop = stop_when_told("the recording is finished first")?;
     let folder = Folder::of(args.out.as_deref(), &scene.name)?;
     let out = &folder.path;
+    let named = std::iter::once((scene.name.clone(), args.scene.set.clone()));
+    let mut live =
+        LivePage::open(args.live, named, args.voice.quiet).inspect_err(|_| folder.forget())?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let mut progress = ProgressDisplay::new(args.voice.quiet);
     let options = RunOptions { out, stop: &stop };
-    let outcome = pool.run(&scene, &options, &mut |news| progress.show(news));
+    live.iter_mut().for_each(|page| page.begin(0, out, &pool));
+    let outcome = pool.run(&scene, &options, &mut |news| {
+        progress.show(news);
+        live.iter_mut().for_each(|page| page.show(news, &pool));
+    });
     progress.done();
-    drop(pool);
     let outcome = outcome.map_err(|error| {
         folder.forget();
-        trouble(&error)
+        let trouble = trouble(&error);
+        end_page(live.as_mut(), (trouble.exit, &trouble.to_string()), &pool, (&stop, args));
+        trouble
     })?;
     // A run without its pictures is still a run.
     let drawn = if args.no_pictures { Ok(()) } else { draw(&outcome.recording, out) };
@@ -31,7 +41,22 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
         logs::warn(trouble);
     }
     report(&outcome, out, args.json, args.voice.quiet)?;
-    Ok(exit_of(&outcome, drawn.is_ok()))
+    let exit = exit_of(&outcome, drawn.is_ok());
+    end_page(live.as_mut(), (exit, &outcome.unmet.join("; ")), &pool, (&stop, args));
+    Ok(exit)
+}
+
+/// Shows how the run ended, for a while.
+fn end_page(
+    page: Option<&mut LivePage>,
+    (exit, why): (Exit, &str),
+    pool: &LocalPool,
+    (stop, args): (&AtomicBool, &args::RunArgs),
+) {
+    if let Some(page) = page {
+        page.end(exit, why, pool);
+        page.linger(pool, stop, args.voice.quiet);
+    }
 }
 
 pub(crate) fn check(args: &args::Check) -> Result<Exit, CommandError> {

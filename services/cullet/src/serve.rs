@@ -2,6 +2,7 @@
 //! machines.
 
 use crate::exit::{CommandError, Exit, print, refused};
+use crate::illustrator::ProcessIllustrator;
 use crate::shown::lines;
 use crate::signals::stop_when_told;
 use crate::tls::{self, LinkConfig};
@@ -11,6 +12,7 @@ use cullet_pool::router::{self, Router};
 use cullet_pool::{LinkError, Pool, PoolConfig, SpawnConfig};
 use cullet_proto::WorkerId;
 use cullet_proto::security::{COORDINATOR, Names, Roles, Rules};
+use cullet_web::{WebConfig, WebError, WebIdentity};
 use cullet_worker::{WorkerConfig, WorkerError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -30,6 +32,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, CommandError
     let guard = guard(&args.guard, endpoint, args.router.is_none())?;
     guard.may_answer(&args.name, args.router.is_some())?;
     may_be_read(args)?;
+    let web = web(args, &guard)?;
     let spawn = (args.workers > 0).then(|| own_workers(args, &guard)).transpose()?;
     let store = Store::open(args.state.as_deref()).map_err(|error| trouble(&error))?;
     let settings = PoolConfig {
@@ -48,12 +51,17 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, CommandError
         let how = if args.router.is_some() { "connected to" } else { "listening on" };
         logs::say(format!("{how} {}", pool.endpoint()));
     }
+    if let Some(web) = args.web.as_ref().filter(|_| !args.voice.quiet) {
+        let scheme = if web.tls { "https" } else { "http" };
+        logs::say(format!("the farm's page is at {scheme}://{}/", web.address));
+    }
     let ephemeral = args.state.is_none().then(|| PathBuf::from(RUNS));
     let config = ServiceConfig {
         out: args.out.clone().or(ephemeral),
         runs: usize::from(args.runs),
         stop_after: args.stop_after,
         metrics: args.metrics,
+        web,
         operators: guard.roles.map(|roles| roles.operators().clone()),
         quota: quota(args),
         memory: args.world_memory.bytes(1),
@@ -69,6 +77,25 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, CommandError
     });
     served.map_err(|error| trouble(&error))?;
     Ok(Exit::Done)
+}
+
+/// Where the farm's page is, and who may see it: users and operators, or whoever is on this
+/// machine.
+fn web(args: &args::Coordinator, guard: &ServerAccess) -> Result<Option<WebConfig>, CommandError> {
+    let Some(web) = args.web else { return Ok(None) };
+    let identity = match (web.tls, &args.guard.tls, &guard.roles) {
+        (false, ..) => None,
+        (true, Some(folder), Some(roles)) => {
+            Some(WebIdentity { folder: folder.clone(), watchers: roles.users().clone() })
+        }
+        (true, ..) => {
+            let text = format!("--web tls/{} needs --tls DIR and --roles FILE", web.address);
+            return Err(CommandError::new(Exit::Usage, text));
+        }
+    };
+    let illustrator = ProcessIllustrator::new();
+    let illustrator = illustrator.map_err(|error| CommandError::new(Exit::Broken, error))?;
+    Ok(Some(WebConfig { address: web.address, identity, illustrator: Arc::new(illustrator) }))
 }
 
 /// Metrics are for whoever reaches them, and nothing there is encrypted.
@@ -245,7 +272,8 @@ fn trouble(error: &ServiceError) -> CommandError {
         | ServiceError::Damaged { .. } => Exit::File,
         ServiceError::Foreign { .. } => Exit::Usage,
         ServiceError::Link(error) => return refused(error),
-        ServiceError::Metrics { .. } => Exit::Broken,
+        ServiceError::Web(WebError::Open { .. }) => Exit::Usage,
+        ServiceError::Metrics { .. } | ServiceError::Web(_) => Exit::Broken,
     };
     let trouble = CommandError::new(exit, error);
     match error {
@@ -258,7 +286,7 @@ fn trouble(error: &ServiceError) -> CommandError {
         | ServiceError::Full { folder, .. }
         | ServiceError::Foreign { folder, .. } => trouble.at(folder.display()),
         ServiceError::Metrics { address, .. } => trouble.at(address),
-        ServiceError::Link(_) | ServiceError::Quota { .. } => trouble,
+        ServiceError::Link(_) | ServiceError::Quota { .. } | ServiceError::Web(_) => trouble,
     }
 }
 

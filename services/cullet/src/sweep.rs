@@ -9,6 +9,7 @@ use crate::args::{self, SceneArgs};
 use crate::client::print_json;
 use crate::exit::{CommandError, Exit, print};
 use crate::folder::Folder;
+use crate::live::LivePage;
 use crate::logs;
 use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
 use crate::shown::{lines as lines_of, shown};
@@ -123,6 +124,9 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let sweep = &named.sweep;
     let folder = Folder::of(args.out.as_deref(), &named.name)?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
+    let sets = named.sets(&args.scene.set);
+    let runs = scenes.iter().map(|scene| scene.name.clone()).zip(sets);
+    let mut live = LivePage::open(args.live, runs, args.voice.quiet)?;
     let mut rows = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
         let out = folder.path.join(format!("{}", index + 1));
@@ -131,9 +135,13 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
             logs::say(format!("{}: {}", index + 1, shown(&sweep.label(&sweep.rows[index]))));
         }
         let options = RunOptions { out: &out, stop };
-        let outcome = pool.run(scene, &options, &mut |news| match news {
-            News::Line(line) if args.voice.verbose > 0 => logs::say(lines_of(line)),
-            News::Line(_) | News::At(_) => {}
+        live.iter_mut().for_each(|page| page.begin(index, &out, &pool));
+        let outcome = pool.run(scene, &options, &mut |news| {
+            live.iter_mut().for_each(|page| page.show(news, &pool));
+            match news {
+                News::Line(line) if args.voice.verbose > 0 => logs::say(lines_of(line)),
+                News::Line(_) | News::At(_) => {}
+            }
         });
         let exit = match &outcome {
             Ok(outcome) => {
@@ -148,12 +156,15 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
                 trouble.exit
             }
         };
+        let why = outcome.as_ref().err().map(ToString::to_string).unwrap_or_default();
+        live.iter_mut().for_each(|page| page.end(exit, &why, &pool));
         rows.push(SweepRow { run: None, folder: outcome.is_ok().then_some(out), exit });
         if stop.load(Ordering::Relaxed) {
             break;
         }
     }
-    drop(pool);
+    live.iter().for_each(|page| page.linger(&pool, stop, args.voice.quiet));
+    drop((live, pool));
     finish(sweep, &rows, &folder.path, args.json, args.voice.quiet)
 }
 

@@ -91,12 +91,23 @@ fn draw(
     sheet.map(|()| pictures)
 }
 
+/// Which moment a still shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StillTime {
+    /// That one \[s\].
+    At(f64),
+    /// A moment after the first break, or of sheets when half of what tears is torn, or when they
+    /// are farthest from where they were first.
+    Telling,
+    /// The last that is recorded.
+    Last,
+}
+
 /// What a still shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Still {
-    /// When \[s\]; without it a moment after the first break, or of sheets when half of what
-    /// tears is torn, or when they are farthest from where they were first.
-    pub time: Option<f64>,
+    /// When.
+    pub time: StillTime,
     /// Pixels across and down.
     pub size: (usize, usize),
     /// Whether what breaks fills the picture, as it is at that moment, in place of the view of the
@@ -111,11 +122,17 @@ pub struct Still {
 pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, RecordError> {
     let recording = Recording::open(recording)?;
     let track = Track::of(&recording);
-    if let Some(time) = wanted.time.filter(|time| *time > track.end + track.step) {
+    if let StillTime::At(time) = wanted.time
+        && time > track.end + track.step
+    {
         return Err(RecordError::Beyond { path: recording.path, time, end: track.end });
     }
     let mut focus = direct::focus(&track, &recording.meta, wanted.size);
-    let time = wanted.time.unwrap_or_else(|| moment::shown(&track)).clamp(0.0, track.end);
+    let time = match wanted.time {
+        StillTime::At(time) => time.clamp(0.0, track.end),
+        StillTime::Telling => moment::shown(&track).clamp(0.0, track.end),
+        StillTime::Last => track.end,
+    };
     if wanted.close {
         focus = direct::close(&track, &focus, time, wanted.size);
     }

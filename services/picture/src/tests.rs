@@ -142,13 +142,16 @@ fn a_still_is_a_picture_of_its_size() {
     let dir = tempfile::tempdir().expect("folder");
     let recording = recorded(dir.path());
     let file = dir.path().join("still.png");
-    let wanted = Still { time: None, size: (192, 108), close: false };
+    let wanted = Still { time: StillTime::Telling, size: (192, 108), close: false };
     let time = still(&recording.path, &wanted, &file).expect("draws");
     assert!(time > 0.4, "after the break: {time}");
     let bytes = std::fs::read(&file).expect("reads");
     let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("is PNG");
     assert_eq!((reader.info().width, reader.info().height), (192, 108));
-    let at = |time| still(&recording.path, &Still { time: Some(time), ..wanted.clone() }, &file);
+    let of = |time| still(&recording.path, &Still { time, ..wanted.clone() }, &file);
+    let at = |time| of(StillTime::At(time));
+    assert_eq!(of(StillTime::Last).expect("draws"), 1.0);
+    assert_eq!(of(StillTime::Telling).expect("draws"), time);
     let why = at(9.0).expect_err("it has no such moment").to_string();
     assert!(why.ends_with("has no moment 9 s: it goes from 0 to 1 s"), "{why}");
     assert_eq!(at(1.0).expect("draws"), 1.0);

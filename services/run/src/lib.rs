@@ -443,6 +443,8 @@ impl SceneRun<'_> {
             fractures: self.fractures,
             jobs: load.jobs,
             permille: load.permille,
+            step: self.world.step_count(),
+            steps: self.scene.steps(),
         }));
     }
 }

@@ -48,4 +48,7 @@ pub(crate) struct ReportArgs {
     /// The page to write [default: report.html in the folder, or beside the recording]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Leave the processor to others
+    #[arg(long, hide = true)]
+    pub(crate) background: bool,
 }

@@ -1,0 +1,56 @@
+//! Where a page is served.
+
+use std::net::SocketAddr;
+
+/// An address for browsers: `HOST:PORT` of this machine alone, or `tls/HOST:PORT`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct WebAddress {
+    pub(crate) address: SocketAddr,
+    /// Whether watchers show certificates there.
+    pub(crate) tls: bool,
+}
+
+impl WebAddress {
+    /// Reads an address; one that other machines reach without TLS is none.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let (place, tls) = match text.strip_prefix("tls/") {
+            Some(place) => (place, true),
+            None => (text, false),
+        };
+        let place = place
+            .strip_prefix("localhost:")
+            .map_or_else(|| place.to_owned(), |port| format!("127.0.0.1:{port}"));
+        let address: SocketAddr = place.parse().map_err(|_| {
+            "it is an IP address with a port, such as 127.0.0.1:8080 or tls/192.168.1.10:8443"
+                .to_owned()
+        })?;
+        if !tls && !address.ip().to_canonical().is_loopback() {
+            let port = address.port();
+            return Err(format!(
+                "other machines can reach this address, and the page would be for whoever asks: \
+                 give tls/{address} with --tls and --roles, or an address of this machine alone, \
+                 such as 127.0.0.1:{port} (reached from another machine through ssh -L)"
+            ));
+        }
+        Ok(Self { address, tls })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::WebAddress;
+
+    #[test]
+    fn without_tls_a_page_is_for_this_machine_alone() {
+        let read = |text: &str| WebAddress::parse(text).map(|it| (it.address.to_string(), it.tls));
+        assert_eq!(read("127.0.0.1:80"), Ok(("127.0.0.1:80".to_owned(), false)));
+        assert_eq!(read("localhost:80"), Ok(("127.0.0.1:80".to_owned(), false)));
+        assert_eq!(read("[::1]:80"), Ok(("[::1]:80".to_owned(), false)));
+        assert_eq!(read("tls/0.0.0.0:80"), Ok(("0.0.0.0:80".to_owned(), true)));
+        for open in ["0.0.0.0:80", "[::]:80", "192.168.1.10:80"] {
+            let why = read(open).expect_err("it is refused");
+            assert!(why.contains(&format!("tls/{open}")) && why.contains("127.0.0.1:80"), "{why}");
+        }
+        assert!(read("example:80").is_err() && read("127.0.0.1").is_err() && read("tls/").is_err());
+    }
+}
