@@ -7,7 +7,7 @@ use crate::pose_rows;
 use crate::sheets;
 use cullet::geometry::{Solid, Surface};
 use cullet::messages::{Body, EventKind};
-use cullet::picture::{Still, still};
+use cullet::picture::{Still, StillTime, still};
 use cullet::record::{fit, masses};
 use cullet::{ExportOptions, Moments, Recording, export};
 use pyo3::prelude::*;
@@ -220,6 +220,7 @@ impl PyRecording {
         size: (usize, usize),
         close: bool,
     ) -> PyResult<f64> {
+        let time = time.map_or(StillTime::Telling, StillTime::At);
         let wanted = Still { time, size, close };
         let recording = &self.recording.path;
         py.detach(|| still(recording, &wanted, &path)).map_err(of_record(py))
