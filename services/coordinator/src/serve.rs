@@ -111,7 +111,11 @@ fn open<'a>(
     pool.retain_claimants(service.board.entries().filter(goes_on).map(|entry| entry.run).collect());
     service.prune();
     if let Some(web) = &config.web {
-        service.page = Some(WebPage::open(web.clone(), service.farm())?);
+        let page = WebPage::open(web.clone(), service.farm())?;
+        let scheme = if web.identity.is_some() { "https" } else { "http" };
+        let address = page.address().unwrap_or(web.address);
+        (service.report)(&format!("the farm's page is at {scheme}://{address}/"));
+        service.page = Some(page);
     }
     Ok(service)
 }

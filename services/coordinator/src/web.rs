@@ -2,11 +2,12 @@
 
 use super::error::ServiceError;
 use cullet_web::{FarmNews, Feed, WebConfig, Website};
+use std::net::SocketAddr;
 
 /// The page; it ends when dropped.
 pub(super) struct WebPage {
     feed: Feed,
-    _site: Website,
+    site: Website,
 }
 
 impl WebPage {
@@ -15,7 +16,12 @@ impl WebPage {
         let feed = Feed::default();
         feed.publish(now);
         let site = Website::serve(config, feed.clone())?;
-        Ok(Self { feed, _site: site })
+        Ok(Self { feed, site })
+    }
+
+    /// Where it is, as it is bound.
+    pub(super) fn address(&self) -> Option<SocketAddr> {
+        self.site.address()
     }
 
     /// Puts down for watchers what there is, if it is time for it.

@@ -1,6 +1,7 @@
 //! Where a run puts its files.
 
 use crate::exit::{CommandError, Exit};
+use cullet::{is_free_to_fetch, is_taken};
 use cullet_files::output::next_folder;
 use cullet_pool::Fetching;
 use std::path::{Path, PathBuf};
@@ -73,13 +74,12 @@ fn missing(path: &Path) -> Vec<PathBuf> {
 
 /// A folder that holds a run is not fetched into, unless that was begun there and broken off.
 pub(crate) fn refuse_fetched(folder: &Path) -> Result<(), CommandError> {
-    if Fetching::is_in(folder) { Ok(()) } else { refuse_taken(folder) }
+    if is_free_to_fetch(folder) { Ok(()) } else { refuse_taken(folder) }
 }
 
 /// A folder that holds a run is not written into.
 pub(crate) fn refuse_taken(folder: &Path) -> Result<(), CommandError> {
-    let taken = ["run.mcap", "run.mcap.partial", "table.csv", "1/run.mcap"];
-    if taken.iter().any(|name| folder.join(name).exists()) {
+    if is_taken(folder) {
         let text = format!("{}: there is a run in this folder; name another", folder.display());
         return Err(CommandError::new(Exit::Usage, text).at(folder.display()));
     }
@@ -118,22 +118,8 @@ fn is_linked(_: &Path, _: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{Folder, refuse_taken};
+    use super::Folder;
     use std::fs;
-
-    #[test]
-    fn a_folder_with_a_run_or_a_sweep_is_refused() {
-        let base = std::env::temp_dir().join(format!("cullet-taken-{}", std::process::id()));
-        let refused =
-            ["run.mcap", "run.mcap.partial", "table.csv", "1/run.mcap", "notes"].map(|name| {
-                fs::create_dir_all(base.join("1")).expect("a folder");
-                fs::write(base.join(name), "").expect("a file");
-                let refused = refuse_taken(&base).is_err();
-                fs::remove_dir_all(&base).expect("it goes");
-                refused
-            });
-        assert_eq!(refused, [true, true, true, true, false]);
-    }
 
     #[test]
     fn only_what_was_made_for_a_run_is_taken_back() {

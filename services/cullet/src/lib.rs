@@ -65,6 +65,9 @@
 //! may ask in any language.
 
 mod local;
+mod taken;
+
+pub use taken::{is_free_to_fetch, is_taken};
 
 pub use local::{LocalPool, LocalRunError, LocalWorkers, run, spare_cores};
 

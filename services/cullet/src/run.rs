@@ -29,12 +29,17 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
         live.iter_mut().for_each(|page| page.show(news, &pool));
     });
     progress.done();
-    let outcome = outcome.map_err(|error| {
-        folder.forget();
-        let trouble = trouble(&error);
-        end_page(live.as_mut(), (trouble.exit, &trouble.to_string()), &pool, (&stop, args));
-        trouble
-    })?;
+    let outcome = match outcome {
+        Ok(outcome) => outcome,
+        Err(error) => {
+            folder.forget();
+            let trouble = trouble(&error);
+            // Said before the page stays for a while.
+            logs::error(&trouble);
+            end_page(live.as_mut(), (trouble.exit, &trouble.to_string()), &pool, (&stop, args));
+            return Ok(trouble.exit);
+        }
+    };
     // A run without its pictures is still a run.
     let drawn = if args.no_pictures { Ok(()) } else { draw(&outcome.recording, out) };
     if let Err(trouble) = &drawn {

@@ -51,10 +51,6 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, CommandError
         let how = if args.router.is_some() { "connected to" } else { "listening on" };
         logs::say(format!("{how} {}", pool.endpoint()));
     }
-    if let Some(web) = args.web.as_ref().filter(|_| !args.voice.quiet) {
-        let scheme = if web.tls { "https" } else { "http" };
-        logs::say(format!("the farm's page is at {scheme}://{}/", web.address));
-    }
     let ephemeral = args.state.is_none().then(|| PathBuf::from(RUNS));
     let config = ServiceConfig {
         out: args.out.clone().or(ephemeral),

@@ -123,10 +123,11 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let PreparedSweep { named, scenes } = plan(&args.scene)?;
     let sweep = &named.sweep;
     let folder = Folder::of(args.out.as_deref(), &named.name)?;
-    let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let sets = named.sets(&args.scene.set);
     let runs = scenes.iter().map(|scene| scene.name.clone()).zip(sets);
-    let mut live = LivePage::open(args.live, runs, args.voice.quiet)?;
+    let live = LivePage::open(args.live, runs, args.voice.quiet);
+    let mut live = live.inspect_err(|_| folder.forget())?;
+    let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let mut rows = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
         let out = folder.path.join(format!("{}", index + 1));

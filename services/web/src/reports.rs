@@ -5,18 +5,19 @@ use crate::view::{RECORDING, RunView};
 use std::collections::VecDeque;
 use std::fs::{self, File};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use tempfile::TempDir;
 
-/// Reports kept; the oldest makes room for the next.
+/// Reports kept, and most bytes of them: the oldest make room for the next.
 const KEPT: usize = 16;
+const KEPT_BYTES: u64 = 512 << 20;
 /// A recording of more bytes has no report here: it would be a page of hundreds of megabytes, made
 /// in as much memory.
 const MAX_RECORDING: u64 = 1 << 30;
 /// Most bytes of a page.
-pub(crate) const MAX_PAGE: u64 = 256 << 20;
+const MAX_PAGE: u64 = 256 << 20;
 
 /// Which report: of a run and an attempt that ended then.
 type ReportKey = (u64, u32, Option<u64>);
@@ -37,12 +38,49 @@ pub(crate) enum NoReport {
     Failed { run: u64, text: String },
 }
 
+/// A report that was made.
+#[derive(Debug)]
+struct ReportPage {
+    of: ReportKey,
+    /// Where it is; `None`: it was too large to be kept.
+    path: Option<PathBuf>,
+    /// Bytes that it has, or had.
+    length: u64,
+}
+
+impl ReportPage {
+    fn kept_bytes(&self) -> u64 {
+        if self.path.is_some() { self.length } else { 0 }
+    }
+}
+
+/// Those that are known, the oldest first.
+#[derive(Debug, Default)]
+struct ReportPages {
+    pages: VecDeque<ReportPage>,
+    /// How many were made: each has a file of its own.
+    count: u64,
+}
+
+impl ReportPages {
+    /// Deletes the oldest until there is room for one of `length` bytes.
+    fn make_room(&mut self, length: u64) {
+        let kept = |pages: &VecDeque<ReportPage>| pages.iter().map(ReportPage::kept_bytes).sum();
+        while self.pages.len() >= KEPT || length.saturating_add(kept(&self.pages)) > KEPT_BYTES {
+            let Some(oldest) = self.pages.pop_front() else { return };
+            if let Some(path) = oldest.path {
+                let _gone_already = fs::remove_file(path);
+            }
+        }
+    }
+}
+
 /// Reports that were made.
 #[derive(Debug)]
 pub(crate) struct Reports {
     illustrator: Arc<dyn Illustrator>,
     folder: TempDir,
-    made: Mutex<VecDeque<(ReportKey, PathBuf)>>,
+    made: Mutex<ReportPages>,
     stop: AtomicBool,
 }
 
@@ -67,29 +105,155 @@ impl Reports {
         // Held while it is made: one at a time, and who asks for the same has it then.
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (run, view.info.attempt, view.info.ended_ms);
-        let known = made.iter().find(|(of, _)| *of == key).map(|(_, path)| path.clone());
-        let path = match known {
-            Some(path) => path,
+        let known = made.pages.iter().position(|page| page.of == key);
+        let at = match known {
+            Some(at) => at,
             None => {
-                let length = fs::metadata(folder.join(RECORDING)).map_or(0, |known| known.len());
-                if length > MAX_RECORDING {
-                    return Err(NoReport::Large { run, length });
-                }
-                let path = self.folder.path().join(format!("{run}-{}.html", view.info.attempt));
-                self.illustrator.report(folder, &path, &self.stop).map_err(failed)?;
-                if made.len() >= KEPT
-                    && let Some((_, oldest)) = made.pop_front()
-                {
-                    let _gone_already = fs::remove_file(oldest);
-                }
-                made.push_back((key, path.clone()));
-                path
+                let page = self.make(folder, key, &mut made)?;
+                made.pages.push_back(page);
+                made.pages.len() - 1
             }
         };
-        let length = fs::metadata(&path).map_or(0, |known| known.len());
-        if length > MAX_PAGE {
-            return Err(NoReport::LargePage { run, length });
+        let ReportPage { path, length, .. } = &made.pages[at];
+        let Some(path) = path else { return Err(NoReport::LargePage { run, length: *length }) };
+        File::open(path).map_err(|error| failed(error.to_string()))
+    }
+
+    /// Makes a page, and room for it. One that is too large is not kept.
+    fn make(
+        &self,
+        folder: &Path,
+        of: ReportKey,
+        made: &mut ReportPages,
+    ) -> Result<ReportPage, NoReport> {
+        let (run, ..) = of;
+        let length = fs::metadata(folder.join(RECORDING)).map_or(0, |known| known.len());
+        if length > MAX_RECORDING {
+            return Err(NoReport::Large { run, length });
         }
-        File::open(&path).map_err(|error| failed(error.to_string()))
+        made.count += 1;
+        let path = self.folder.path().join(format!("{}.html", made.count));
+        let done = self.illustrator.report(folder, &path, &self.stop);
+        let done = done.and_then(|()| fs::metadata(&path).map_err(|error| error.to_string()));
+        let length = match done {
+            Ok(known) => known.len(),
+            Err(text) => {
+                let _never_there = fs::remove_file(&path);
+                return Err(NoReport::Failed { run, text });
+            }
+        };
+        if length > MAX_PAGE {
+            fs::remove_file(&path)
+                .map_err(|error| NoReport::Failed { run, text: error.to_string() })?;
+            made.make_room(0);
+            return Ok(ReportPage { of, path: None, length });
+        }
+        made.make_room(length);
+        Ok(ReportPage { of, path: Some(path), length })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::RunNews;
+    use cullet_proto::service::{FileInfo, RunInfo, State};
+    use std::sync::atomic::AtomicU64;
+    use std::time::Duration;
+
+    /// Makes pages of as many bytes as it is told.
+    #[derive(Debug, Default)]
+    struct Filler {
+        length: AtomicU64,
+        made: AtomicU64,
+    }
+
+    impl Illustrator for Filler {
+        fn still(&self, _: &Path, _: &Path, _: &AtomicBool) -> Result<Duration, String> {
+            Err("nothing is drawn here".to_owned())
+        }
+
+        fn report(&self, _: &Path, file: &Path, _: &AtomicBool) -> Result<(), String> {
+            self.made.fetch_add(1, Ordering::SeqCst);
+            let file = File::create_new(file).map_err(|error| error.to_string())?;
+            // Without blocks on the disk.
+            file.set_len(self.length.load(Ordering::SeqCst)).map_err(|error| error.to_string())
+        }
+    }
+
+    struct Desk {
+        filler: Arc<Filler>,
+        reports: Reports,
+        folder: TempDir,
+    }
+
+    fn desk() -> Desk {
+        let filler = Arc::new(Filler::default());
+        let reports = Reports::new(Arc::clone(&filler) as _).expect("a folder");
+        Desk { filler, reports, folder: tempfile::tempdir().expect("a folder") }
+    }
+
+    impl Desk {
+        /// Asks for the report of a run that ended then.
+        fn ask(&self, run: u64, ended_ms: u64, length: u64) -> Result<u64, NoReport> {
+            self.filler.length.store(length, Ordering::SeqCst);
+            let mut news: RunNews = crate::tests::run(run, State::Done, "pot");
+            let RunInfo { files, ended_ms: ended, .. } = &mut news.info;
+            *ended = Some(ended_ms);
+            let (name, digest) = (RECORDING.to_owned(), String::new());
+            *files = vec![FileInfo { name, length: 1, digest }];
+            news.folder = Some(self.folder.path().to_owned());
+            let page = self.reports.page(&RunView::new(news, None))?;
+            Ok(page.metadata().expect("a file").len())
+        }
+
+        fn made(&self) -> u64 {
+            self.filler.made.load(Ordering::SeqCst)
+        }
+
+        /// Files that are kept, and their bytes.
+        fn kept(&self) -> (usize, u64) {
+            let files = fs::read_dir(self.reports.folder.path()).expect("a folder");
+            let lengths = files.map(|file| file.expect("a file").metadata().expect("it").len());
+            let lengths: Vec<u64> = lengths.collect();
+            (lengths.len(), lengths.iter().sum())
+        }
+    }
+
+    #[test]
+    fn a_page_that_is_too_large_is_made_once_and_not_kept() {
+        let desk = desk();
+        for _ in 0..2 {
+            let no = desk.ask(1, 1, MAX_PAGE + 1).expect_err("it is refused");
+            let large = matches!(no, NoReport::LargePage { run: 1, length } if length > MAX_PAGE);
+            assert!(large, "{no}");
+        }
+        assert_eq!((desk.made(), desk.kept()), (1, (0, 0)));
+        assert_eq!(desk.ask(1, 2, MAX_PAGE).expect("a page"), MAX_PAGE);
+    }
+
+    #[test]
+    fn pages_are_kept_up_to_a_number_and_a_sum_of_bytes() {
+        let desk = desk();
+        for run in 1..=3 {
+            desk.ask(run, 1, 200 << 20).expect("a page");
+        }
+        assert_eq!((desk.made(), desk.kept()), (3, (2, 400 << 20)));
+        desk.ask(2, 1, 1).expect("it is there");
+        assert_eq!(desk.made(), 3, "the newer ones are kept");
+        desk.ask(1, 1, 1).expect("it is made again");
+        assert_eq!((desk.made(), desk.kept()), (4, (3, (400 << 20) + 1)));
+        for run in 10..10 + KEPT as u64 {
+            desk.ask(run, 1, 1).expect("a page");
+        }
+        assert_eq!(desk.kept(), (KEPT, KEPT as u64));
+    }
+
+    #[test]
+    fn two_ends_of_one_attempt_have_a_page_each() {
+        let desk = desk();
+        assert_eq!(desk.ask(1, 1, 10).expect("a page"), 10);
+        assert_eq!(desk.ask(1, 2, 20).expect("a page"), 20);
+        assert_eq!(desk.ask(1, 1, 0).expect("the first one's"), 10);
     }
 }

@@ -2,15 +2,16 @@
 
 use crate::events::events;
 use crate::feed::Feed;
-use crate::headers::{DRAWING_POLICY, REPORT_POLICY};
+use crate::headers::{DRAWING_POLICY, REPORT_POLICY, is_of_another_site};
 use crate::reports::{NoReport, Reports};
 use crate::server::{Caller, plain};
 use crate::view::{RunView, SHEET};
 use axum::Router;
 use axum::body::Body;
-use axum::extract::{Extension, Path, State};
+use axum::extract::{Extension, Path, Request, State};
 use axum::http::header::{CONTENT_LENGTH, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::http::{HeaderName, HeaderValue, Response, StatusCode};
+use axum::middleware::{Next, from_fn};
 use axum::response::IntoResponse;
 use axum::routing::get;
 use cullet_proto::service::FileInfo;
@@ -59,10 +60,26 @@ pub(crate) fn routes(sources: Sources) -> Router {
         .route("/api/runs", get(runs))
         .route("/api/runs/{run}", get(run))
         .route("/api/workers", get(workers))
-        .route("/runs/{run}/report", get(report))
-        .route("/runs/{run}/{what}", get(file))
+        .merge(of_runs())
         .fallback(|| async { missing("there is no such page here\n") })
         .with_state(sources)
+}
+
+/// What runs left: large, slow to make, and asked for by the page alone.
+fn of_runs() -> Router<Sources> {
+    Router::new()
+        .route("/runs/{run}/report", get(report))
+        .route("/runs/{run}/{what}", get(file))
+        .route_layer(from_fn(same_site))
+}
+
+/// Refuses what a page from elsewhere asks for.
+async fn same_site(request: Request, next: Next) -> WebReply {
+    if is_of_another_site(request.headers()) {
+        let text = "a page from elsewhere asks for this: open it from the farm's page\n";
+        return plain(StatusCode::FORBIDDEN, text);
+    }
+    next.run(request).await
 }
 
 async fn asset(text: &'static str, kind: &'static str) -> WebReply {
@@ -107,9 +124,9 @@ async fn workers(State(sources): State<Sources>) -> WebReply {
     json(&*sources.feed.now().workers)
 }
 
-/// A run by itself, with the files that can be fetched.
+/// A run by itself, with the files that can be fetched. Its texts are cut as in the list of all.
 #[derive(Serialize)]
-struct WholeRun<'a> {
+struct RunWithProducts<'a> {
     #[serde(flatten)]
     run: &'a RunView,
     products: &'a [FileInfo],
@@ -129,7 +146,7 @@ async fn run(State(sources): State<Sources>, Path(run): Path<String>) -> WebRepl
         Err(reply) => return *reply,
     };
     match sources.feed.run(run) {
-        Some((view, _)) => json(&WholeRun { run: &view, products: &view.files }),
+        Some((view, _)) => json(&RunWithProducts { run: &view, products: &view.files }),
         None => no_run(run),
     }
 }

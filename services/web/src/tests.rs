@@ -56,7 +56,8 @@ fn place() -> Place {
     Place { feed, site, scribe, address }
 }
 
-fn run(number: u64, state: State, name: &str) -> RunNews {
+/// A run, as it is published.
+pub(crate) fn run(number: u64, state: State, name: &str) -> RunNews {
     let info = RunInfo {
         run: number,
         name: name.to_owned(),
@@ -209,6 +210,55 @@ fn only_reading_is_answered_and_only_on_this_machine() {
     assert_eq!(place.json("/api/runs/7")["name"], HOSTILE);
     assert_eq!(place.json("/api/farm")["name"], "main");
     assert_eq!(place.json("/api/workers"), serde_json::json!([]));
+}
+
+#[test]
+fn a_page_from_elsewhere_gets_no_file_of_a_run() {
+    let place = place();
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["run.mcap", "preview.png"] {
+        std::fs::write(folder.path().join(name), "recorded").expect("a file");
+    }
+    let mut news = run(4, State::Done, "pot");
+    news.folder = Some(folder.path().to_owned());
+    let file = |name: &str| FileInfo { name: name.to_owned(), length: 1, digest: String::new() };
+    news.info.files = ["run.mcap", "preview.png"].map(file).to_vec();
+    place.feed.publish(farm(vec![news]));
+    for path in ["/runs/4/report", "/runs/4/picture"] {
+        let ask = |site: &str| {
+            let headers = format!("Host: localhost\r\nSec-Fetch-Site: {site}\r\n");
+            place.ask(&format!("GET {path}"), &headers).0
+        };
+        assert!(ask("cross-site").contains(" 403 "), "{path}");
+        assert_eq!(place.scribe.reports.load(Ordering::SeqCst), 0, "it is made for nobody");
+        for site in ["same-origin", "none"] {
+            assert!(ask(site).contains(" 200 "), "{path}: {site}");
+        }
+        place.scribe.reports.store(0, Ordering::SeqCst);
+    }
+}
+
+#[test]
+fn long_texts_are_cut_and_say_so() {
+    let place = place();
+    let mut news = run(7, State::Failed, "pot");
+    news.info.text = "é".repeat(400);
+    news.info.overrides = (0..13).map(|k| format!("a=\"{}\"", "x".repeat(200 * k))).collect();
+    let mut short = run(8, State::Failed, "pot");
+    short.info.text = "x".repeat(600);
+    short.info.overrides = vec!["a=1".to_owned(); 12];
+    place.feed.publish(farm(vec![news, short.clone()]));
+    for told in [place.json("/api/runs")[0].clone(), place.json("/api/runs/7")] {
+        let text = told["text"].as_str().expect("a text");
+        assert!(text.len() <= 600 && text.ends_with("é…"), "{text}");
+        let overrides = told["overrides"].as_array().expect("a list");
+        assert_eq!((overrides.len(), &overrides[11]), (12, &"…".into()));
+        assert_eq!(overrides[0], "a=\"\"");
+        let long = overrides[1].as_str().expect("a text");
+        assert!(long.len() <= 150 && long.ends_with("x…"), "{long}");
+    }
+    let whole = place.json("/api/runs/8");
+    assert_eq!((&whole["text"], &whole["overrides"][11]), (&short.info.text.into(), &"a=1".into()));
 }
 
 #[test]

@@ -6,10 +6,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Longest text of a run in the list of all \[bytes\], and most of its overrides; the run by itself
-/// has the whole.
+/// Longest text of a run \[bytes\], most of its overrides and the longest of them \[bytes\]. What is
+/// cut ends with [`CUT`]; the protocol has the whole.
 const MAX_TEXT: usize = 600;
 const MAX_OVERRIDES: usize = 12;
+const MAX_OVERRIDE: usize = 150;
+const CUT: &str = "…";
 
 /// What the owner of a farm knows of it, as it is published.
 #[derive(Clone, Debug, Default)]
@@ -159,12 +161,21 @@ impl RunView {
         let report = info.state.is_over() && has(RECORDING);
         let figures = extras.and_then(|extras| extras.figures.clone());
         info.ticket.clear();
-        info.text.truncate(info.text.floor_char_boundary(MAX_TEXT));
-        info.overrides.truncate(MAX_OVERRIDES);
-        for text in &mut info.overrides {
-            text.truncate(text.floor_char_boundary(MAX_TEXT / 4));
+        cut(&mut info.text, MAX_TEXT);
+        info.overrides.iter_mut().for_each(|text| cut(text, MAX_OVERRIDE));
+        if info.overrides.len() > MAX_OVERRIDES {
+            info.overrides.truncate(MAX_OVERRIDES - 1);
+            info.overrides.push(CUT.to_owned());
         }
         Self { info, line, figures, picture, report, folder, files }
+    }
+}
+
+/// Cuts a text to that many bytes, and marks the cut.
+fn cut(text: &mut String, most: usize) {
+    if text.len() > most {
+        text.truncate(text.floor_char_boundary(most - CUT.len()));
+        text.push_str(CUT);
     }
 }
 
