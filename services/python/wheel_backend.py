@@ -5,6 +5,7 @@ takes from `wheel-data/scripts`. What both are made of is built once: its featur
 distribution, for the wheel is built from the whole workspace.
 """
 
+import json
 import os
 import pathlib
 import shutil
@@ -19,10 +20,19 @@ ROOT = HERE.parent.parent
 SCRIPTS = HERE / "wheel-data" / "scripts"
 
 
+def target_folder() -> pathlib.Path:
+    """Where cargo builds, as it says itself: the environment or a configuration of it may name another folder."""
+    call = ["cargo", "metadata", "--format-version", "1", "--no-deps"]
+    said = subprocess.run(call, cwd=ROOT, check=True, stdout=subprocess.PIPE)
+    return pathlib.Path(json.loads(said.stdout)["target_directory"])
+
+
 def lay_program() -> None:
     """Builds the program and lays it where maturin looks for scripts."""
+    target = target_folder()
+    # Of both builds, whatever folder they are started in.
+    os.environ["CARGO_TARGET_DIR"] = str(target)
     subprocess.run(["cargo", "build", "--release", "--locked", "-p", "cullet"], cwd=ROOT, check=True)
-    target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     name = "cullet.exe" if os.name == "nt" else "cullet"
     SCRIPTS.mkdir(parents=True, exist_ok=True)
     shutil.copy2(target / "release" / name, SCRIPTS / name)

@@ -5,15 +5,21 @@ use crate::scene::PyScene;
 use cullet::coordinator::sweep::Sweep;
 use cullet::proto::security;
 use cullet::{Client, LinkError, RunInfo, Terms};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant, TryFromFloatSecsError};
+
+/// While a full queue is asked for room, Python is asked so often whether to stop.
+const SLICE: Duration = Duration::from_secs(1);
 
 /// A client that is connected.
 #[pyclass(name = "Client", module = "cullet._cullet", frozen)]
 pub(crate) struct PyClient {
     client: Client,
+    /// Longest wait for an answer.
+    patience: Duration,
 }
 
 impl PyClient {
@@ -54,13 +60,14 @@ impl PyClient {
     ) -> PyResult<Self> {
         let rules = tls.as_deref().map(security::identity).unwrap_or_default();
         let patience = Duration::try_from_secs_f64(patience)
-            .map_err(|error| pyo3::exceptions::PyValueError::new_err(error.to_string()))?;
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
         let connected =
             py.detach(|| Client::connect_as(endpoint, &rules, patience)?.with(coordinator, user));
-        Ok(Self { client: connected.map_err(|error| of_client(py, &error))? })
+        Ok(Self { client: connected.map_err(|error| of_client(py, &error))?, patience })
     }
 
-    /// Hands a scene in; hands back the number of its run.
+    /// Hands a scene in; hands back the number of its run. A full queue is asked for room for
+    /// `room` seconds, endless if infinite; without it for as long as one is patient.
     fn submit(
         &self,
         py: Python<'_>,
@@ -72,11 +79,26 @@ impl PyClient {
     ) -> PyResult<u64> {
         let bundle = scene.bundle();
         let ticket = ticket.unwrap_or_else(|| Terms::unique().ticket);
-        let room = room.map(Duration::try_from_secs_f64).transpose();
-        let room =
-            room.map_err(|error| pyo3::exceptions::PyValueError::new_err(error.to_string()))?;
-        let terms = Terms { ticket, priority, sweep: sweep.to_owned(), room };
-        self.asked(py, |client| client.submit(&bundle, &terms))
+        let wrong = |error: TryFromFloatSecsError| PyValueError::new_err(error.to_string());
+        let room = match room {
+            None => self.patience,
+            Some(f64::INFINITY) => Duration::MAX,
+            Some(room) => Duration::try_from_secs_f64(room).map_err(wrong)?,
+        };
+        let mut terms = Terms { ticket, priority, sweep: sweep.to_owned(), room: None };
+        let since = Instant::now();
+        loop {
+            let left = room.saturating_sub(since.elapsed());
+            terms.room = Some(left.min(SLICE));
+            match py.detach(|| self.client.submit(&bundle, &terms)) {
+                Err(LinkError::Busy { .. }) if left > SLICE => py.check_signals()?,
+                Err(LinkError::Busy { endpoint, .. }) => {
+                    let seconds = room.as_secs_f64();
+                    return Err(of_client(py, &LinkError::Busy { endpoint, seconds }));
+                }
+                handed => return handed.map_err(|error| of_client(py, &error)),
+            }
+        }
     }
 
     /// News of a run from a line on, as JSON; waits a second for them.
@@ -99,7 +121,8 @@ impl PyClient {
         self.told(py, |client| json(&client.about()?))
     }
 
-    /// Fetches the files of a run that is over into a folder.
+    /// Fetches the files of a run that is over into a folder that has no other run; hands back
+    /// where they are.
     fn fetch(&self, py: Python<'_>, run: u64, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
         self.asked(py, |client| fetched(client, run, &folder))
     }
@@ -140,9 +163,19 @@ fn fetched(client: &Client, run: u64, folder: &Path) -> Result<Vec<PathBuf>, Lin
     if !info.state.is_over() {
         return Err(LinkError::Later(format!("run {run} is {}, not over", info.state.word())));
     }
-    let made = |source| LinkError::File { path: folder.to_owned(), source };
-    std::fs::create_dir_all(folder).map_err(made)?;
-    client.fetch(&info, folder)
+    if !cullet::is_free_to_fetch(folder) {
+        let why = "there is a run in this folder";
+        return Err(LinkError::Occupied { folder: folder.to_owned(), why });
+    }
+    let files = client.fetch(&info, folder);
+    client.enough(run);
+    files
+}
+
+/// Whether a folder holds a run or a sweep.
+#[pyfunction]
+pub(crate) fn is_taken(folder: PathBuf) -> bool {
+    cullet::is_taken(&folder)
 }
 
 /// A sweep file worked out: the scene that it names, and for each run what is set, its values and

@@ -2,8 +2,9 @@
 //! as dictionaries; the package in `python/cullet` makes arrays of them, and has the documentation
 //! that users read. Its names are those of the facade.
 //!
-//! A call that takes time lets other threads of Python run, and asks now and then whether Ctrl-C
-//! was pressed.
+//! A call that takes time lets other threads of Python run. A run, and a submission that waits for
+//! room in a queue, ask now and then whether Ctrl-C was pressed; the other calls of a client return
+//! within its patience, and a fetch, a still and an export when they are done.
 
 mod buffers;
 mod client;
@@ -21,7 +22,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _cullet {
     #[pymodule_export]
-    use crate::client::{PyClient, sweep_rows};
+    use crate::client::{PyClient, is_taken, sweep_rows};
     #[pymodule_export]
     use crate::pool::{PyLocalPool, spare_cores};
     #[pymodule_export]

@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
 /// Python is asked no more often than this whether to stop, and told no more often how far it is.
@@ -26,6 +27,22 @@ pub(crate) fn spare_cores() -> usize {
 #[derive(Debug)]
 pub(crate) struct PyLocalPool {
     pool: Mutex<Option<LocalPool>>,
+    /// The thread that has the run at hand, and calls its listener.
+    runner: Mutex<Option<ThreadId>>,
+}
+
+impl PyLocalPool {
+    fn runner(&self) -> MutexGuard<'_, Option<ThreadId>> {
+        self.runner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Refuses a listener, which would wait for its own run. Other threads wait for their turn.
+    fn turn(&self, py: Python<'_>) -> PyResult<()> {
+        if *self.runner() == Some(std::thread::current().id()) {
+            return Err(of_run(py, &"the pool is in a run, which has to end first"));
+        }
+        Ok(())
+    }
 }
 
 #[pymethods]
@@ -51,7 +68,7 @@ impl PyLocalPool {
             None => LocalWorkers::Threads { workers, threads },
         };
         let pool = py.detach(|| LocalPool::start(&kind)).map_err(|error| of_run(py, &error))?;
-        Ok(Self { pool: Mutex::new(Some(pool)) })
+        Ok(Self { pool: Mutex::new(Some(pool)), runner: Mutex::default() })
     }
 
     /// Runs a scene into a folder. `tell` is called with a dictionary now and then; where it or
@@ -63,6 +80,7 @@ impl PyLocalPool {
         out: PathBuf,
         tell: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        self.turn(py)?;
         let scene = &scene.scene;
         let mut listener = RunListener::new(tell);
         let outcome = py.detach(|| {
@@ -71,11 +89,14 @@ impl PyLocalPool {
             // Set in the calls of the listener, which the run makes between two looks at it.
             let stop = AtomicBool::new(false);
             let options = RunOptions { out: &out, stop: &stop };
-            Some(pool.run(scene, &options, &mut |news| {
+            *self.runner() = Some(std::thread::current().id());
+            let outcome = pool.run(scene, &options, &mut |news| {
                 if listener.hear(news) {
                     stop.store(true, Ordering::Relaxed);
                 }
-            }))
+            });
+            *self.runner() = None;
+            Some(outcome)
         });
         let outcome = outcome.ok_or_else(|| PyValueError::new_err("the pool is closed"))?;
         if outcome.is_ok() {
@@ -97,8 +118,10 @@ impl PyLocalPool {
     }
 
     /// Ends the workers, once the run at hand is over.
-    fn close(&self, py: Python<'_>) {
-        py.detach(|| self.pool.lock().unwrap_or_else(PoisonError::into_inner).take());
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        self.turn(py)?;
+        py.detach(|| drop(self.pool.lock().unwrap_or_else(PoisonError::into_inner).take()));
+        Ok(())
     }
 }
 

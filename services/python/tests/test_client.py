@@ -2,8 +2,11 @@
 
 import json
 import shutil
+import signal
 import socket
 import subprocess
+import sys
+import textwrap
 import time
 import unittest
 
@@ -43,6 +46,78 @@ class Farm(unittest.TestCase):
         self.client.delete(run)
         with self.assertRaises(cullet.ClientError):
             self.client.run(run)
+
+    def test_a_folder_with_another_run_is_refused(self) -> None:
+        place = folder()
+        run = self.client.submit(cullet.Scene.from_text(DROP))
+        self.client.wait(run, progress=False)
+        self.client.fetch(run, place)
+        before = (place / "summary.json").read_bytes()
+        other = self.client.submit(cullet.Scene.from_text(DROP).set("world.seed", 8))
+        self.client.wait(other, progress=False)
+        with self.assertRaisesRegex(cullet.ClientError, "there is a run in this folder"):
+            self.client.fetch(other, place)
+        self.assertEqual((place / "summary.json").read_bytes(), before)
+        runs = len(self.client.runs())
+        with self.assertRaisesRegex(cullet.RunError, "there is a run in this folder"):
+            self.client.sweep(ROOT / "tests" / "corpus" / "nothing.toml", place)
+        self.assertEqual(len(self.client.runs()), runs)
+        # A fetch that was broken off goes on.
+        again = folder()
+        (again / "run.mcap.partial").write_bytes(b"begun")
+        with self.assertRaises(cullet.ClientError):
+            self.client.fetch(other, again)
+        (again / ".cullet-fetch").write_text("")
+        self.assertEqual(self.client.fetch(other, again).path, again / "run.mcap")
+        self.assertEqual(json.loads((again / "summary.json").read_text())["seed"], 8)
+
+    def test_a_sweep_that_breaks_off_names_its_runs(self) -> None:
+        place = folder()
+        scene = ROOT / "tests" / "corpus" / "ball.toml"
+        lines = [f'scene = "{scene}"', 'set = ["fracture.solver=geometric"]', "[product]", '"world.seed" = [6, 7]']
+        (place / "seeds.toml").write_text("\n".join(lines))
+
+        def stop(_: cullet.Progress) -> None:
+            raise RuntimeError("enough")
+
+        with self.assertRaisesRegex(RuntimeError, "enough") as caught:
+            self.client.sweep(place / "seeds.toml", place / "out", progress=stop)
+        runs = [info.run for info in self.client.runs() if info.sweep == "seeds"][-2:]
+        self.assertEqual(
+            caught.exception.__notes__, [f"runs of the sweep seeds that were handed in: {runs[0]}, {runs[1]}"]
+        )
+
+    def test_a_full_queue_is_waited_for_until_control_c(self) -> None:
+        place, endpoint = folder(), f"tcp/127.0.0.1:{free_port()}"
+        code = textwrap.dedent(f"""
+            import math, cullet
+            client = cullet.Client({endpoint!r}, patience=30)
+            scene = cullet.Scene.from_text({DROP!r})
+            try:
+                for _ in range(100_000):
+                    print(client.submit(scene, room=0.1), flush=True)
+            except cullet.ClientError as error:
+                print("full", flush=True)
+            client.submit(scene, room=math.inf)
+        """)
+        # Nobody works there, so the queue fills up.
+        call = [cullet.program(), "coordinator", "--listen", endpoint, "--out", str(place)]
+        farm = subprocess.Popen([str(word) for word in call], cwd=folder(), stderr=subprocess.DEVNULL)
+        child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            assert child.stdout is not None
+            while child.stdout.readline() not in ("full\n", ""):
+                pass
+            time.sleep(1.5)
+            self.assertIsNone(child.poll(), "it waits")
+            since = time.monotonic()
+            child.send_signal(signal.SIGINT)
+            _, errors = child.communicate(timeout=60)
+            self.assertLess(time.monotonic() - since, 10)
+            self.assertIn("KeyboardInterrupt", errors)
+        finally:
+            farm.terminate()
+            farm.wait(30)
 
     def test_a_run_is_cancelled(self) -> None:
         run = self.client.submit(cullet.Scene.from_text(DROP).set("world.duration", 600))

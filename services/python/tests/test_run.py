@@ -9,9 +9,14 @@ import textwrap
 import threading
 import time
 import unittest
+from collections.abc import Callable
+from importlib.metadata import files
+from pathlib import Path
+from unittest import mock
 
 import cullet
 from common import DROP, drop, folder, solved
+from cullet._progress import _Notebook
 
 
 class Runs(unittest.TestCase):
@@ -54,6 +59,49 @@ class Runs(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "enough"):
             cullet.run(scene, place, kind="threads", workers=1, progress=refuse)
         self.assertLess(cullet.Recording(place).duration, 59)
+
+    def test_who_listens_can_neither_close_the_pool_nor_run_on_it(self) -> None:
+        scene = cullet.Scene.from_text(DROP)
+        pool = cullet.LocalPool(workers=1, kind="threads")
+        for act in (pool.close, lambda: pool.run(scene, folder(), progress=False)):
+
+            def listen(_: cullet.Progress, act: Callable[[], object] = act) -> None:
+                act()
+
+            with self.assertRaisesRegex(cullet.RunError, "the pool is in a run"):
+                pool.run(scene, folder(), progress=listen)
+        # And it is of use afterwards.
+        self.assertTrue(pool.run(scene, folder(), progress=False).complete)
+        pool.close()
+
+    def test_names_stand_in_a_notebook_as_text(self) -> None:
+        class Handle:
+            def update(self, page: str) -> None:
+                pages.append(page)
+
+        def display(page: str, display_id: bool) -> Handle:
+            pages.append(page)
+            return Handle()
+
+        pages: list[str] = []
+        name = "<img src=x onerror=alert(1)>"
+        bar = _Notebook(name, display, str)
+        bar.show(cullet.Progress(time=0, end=1, bodies=1, fractures=0, jobs=0, state=name))
+        self.assertEqual([page.count("&lt;img src=x") for page in pages], [1, 2])
+        for page in pages:
+            self.assertNotIn("<img", page)
+            self.assertIn("<progress value=", page)
+
+    def test_the_program_is_the_one_that_the_wheel_lists(self) -> None:
+        listed = [Path(str(file.locate())).resolve() for file in files("cullet") or [] if file.name == "cullet"]
+        self.assertEqual([cullet.program().resolve()], listed)
+        stranger = folder() / "cullet"
+        stranger.write_text("#!/bin/sh\n")
+        stranger.chmod(0o755)
+        with mock.patch("sysconfig.get_path", return_value=str(stranger.parent)):
+            self.assertEqual([cullet.program().resolve()], listed)
+            with mock.patch("cullet._program.files", return_value=[]):
+                self.assertEqual(cullet.program(), stranger)
 
     def test_control_c_finishes_the_recording_first(self) -> None:
         place = folder()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ from . import _cullet
 from ._errors import ClientError, RunError
 from ._progress import Progress, Shown, Told
 from ._recording import Recording
-from ._run import new_folder
+from ._run import folder_for, new_folder, refuse_taken
 from ._scene import PathLike, Scene
 from ._sweep import Sweep, SweepRun
 from ._values import Settings, settings
@@ -140,7 +141,7 @@ class Client:
         ticket : str, optional
             The sender's own name for it: handed in again with the same ticket, it is the same run.
         room : float, optional
-            How long a full queue is asked for room [s].
+            How long a full queue is asked for room [s]; ``math.inf`` for as long as it takes. Without it `patience`.
 
         Returns
         -------
@@ -156,7 +157,10 @@ class Client:
         """
         scene = scene if isinstance(scene, Scene) else Scene.load(scene)
         scene = scene if set is None else Scene(scene._inner.set(settings(set)))
-        return self._inner.submit(scene._inner, priority, sweep, ticket, room)
+        run = self._inner.submit(scene._inner, priority, sweep, ticket, room)
+        # Nobody follows it yet: a coordinator that ends need not wait for us.
+        self._inner.enough(run)
+        return run
 
     def watch(self, run: int) -> Iterator[Progress]:
         """How far a run is, again and again, until it is over or paused.
@@ -169,17 +173,21 @@ class Client:
             There is no such run, or the coordinator is silent or about to end.
         """
         start, told = 0, False
-        while True:
-            news = json.loads(self._inner.news(run, start))
-            start = news["next"]
-            progress = _progress(news["run"], news["lines"])
-            if not told or news["lines"] or news["run"]["position"] or news["end"]:
-                told = True
-                yield progress
-            if news["end"]:
-                return
-            if news["leaving"]:
-                raise ClientError(f"{self.endpoint}: the coordinator is about to end; run {run} goes on when it is back")
+        try:
+            while True:
+                news = json.loads(self._inner.news(run, start))
+                start = news["next"]
+                progress = _progress(news["run"], news["lines"])
+                if not told or news["lines"] or news["run"]["position"] or news["end"]:
+                    told = True
+                    yield progress
+                if news["end"]:
+                    return
+                if news["leaving"]:
+                    text = f"{self.endpoint}: the coordinator is about to end; run {run} goes on when it is back"
+                    raise ClientError(text)
+        finally:
+            self._inner.enough(run)
 
     def wait(self, run: int, *, progress: Told = True) -> RunInfo:
         """Waits until a run is over or paused, and shows how far it is.
@@ -197,7 +205,8 @@ class Client:
     def fetch(self, run: int, out: PathLike | None = None) -> Recording:
         """Fetches what a run left, once it is over.
 
-        Each file appears once it is whole and matches its digest; what is there already is not fetched again.
+        Each file appears once it is whole and matches its digest. A fetch that was broken off goes on in the same
+        folder, and what is there already is not fetched again.
 
         Parameters
         ----------
@@ -209,7 +218,7 @@ class Client:
         Raises
         ------
         ClientError
-            The run is not over, the coordinator is silent, or a file does not match.
+            The run is not over, the coordinator is silent, a file does not match, or the folder holds a run.
         RunError
             The run left no recording.
         """
@@ -217,11 +226,11 @@ class Client:
         if not info.over:
             raise ClientError(f"run {run} is {info.state}, not over")
         folder = new_folder(info.name) if out is None else Path(out)
-        files = [Path(file) for file in self._inner.fetch(run, os.fspath(folder))]
-        found = [file for file in files if file.name in ("run.mcap", "run.mcap.partial")]
-        if not found:
+        files = {path.name: path for path in map(Path, self._inner.fetch(run, os.fspath(folder)))}
+        found = files.get("run.mcap") or files.get("run.mcap.partial")
+        if found is None:
             raise RunError(f"run {run} is {info.state} and left no recording: {info.text}")
-        return Recording(folder / "run.mcap")
+        return Recording(found)
 
     def sweep(
         self,
@@ -234,7 +243,8 @@ class Client:
     ) -> Sweep:
         """Hands all runs of a sweep file in, waits for them and fetches them.
 
-        All scenes are checked before the first is handed in.
+        All scenes are checked before the first is handed in. A full queue is asked for room for as long as it takes.
+        Where the sweep breaks off, the exception has a note with the numbers of the runs that were handed in.
 
         Parameters
         ----------
@@ -255,21 +265,32 @@ class Client:
             The sweep or a scene of it is wrong.
         ClientError
             The coordinator refuses or is silent.
+        RunError
+            The folder holds a run or a sweep.
         """
+        if out is not None:
+            refuse_taken(out)
         path = Path(file)
         told = _cullet.sweep_rows(path.read_text(encoding="utf-8"))
         base = path.parent / told["scene"]
         scenes = [Scene.load(base, set=[*row, *(set or [])]) for row in told["set"]]
-        runs = [self.submit(scene, priority=priority, sweep=path.stem) for scene in scenes]
-        folder = new_folder(path.stem) if out is None else Path(out)
-        rows = []
-        for number, (run, values) in enumerate(zip(runs, told["values"], strict=True), 1):
-            info = self.wait(run, progress=progress)
-            here = dict(zip(told["keys"], map(_value, values), strict=True))
-            recording = None
-            if info.over and any(file["name"] == "run.mcap" for file in info.answer["files"]):
-                recording = self.fetch(run, folder / str(number))
-            rows.append(SweepRun(values=here, recording=recording, run=run, state=info.state))
+        runs: list[int] = []
+        try:
+            for scene in scenes:
+                runs.append(self.submit(scene, priority=priority, sweep=path.stem, room=math.inf))
+            folder = folder_for(out, path.stem)
+            rows = []
+            for number, (run, values) in enumerate(zip(runs, told["values"], strict=True), 1):
+                info = self.wait(run, progress=progress)
+                here = dict(zip(told["keys"], map(_value, values), strict=True))
+                recording = None
+                if info.over and any(file["name"] == "run.mcap" for file in info.answer["files"]):
+                    recording = self.fetch(run, folder / str(number))
+                rows.append(SweepRun(values=here, recording=recording, run=run, state=info.state))
+        except BaseException as error:
+            numbers = ", ".join(map(str, runs)) or "none"
+            error.add_note(f"runs of the sweep {path.stem} that were handed in: {numbers}")
+            raise
         return Sweep(rows)
 
     def run(self, run: int) -> RunInfo:

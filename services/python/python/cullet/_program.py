@@ -17,16 +17,16 @@ def program() -> Path:
         The package was not installed as a wheel.
     """
     name = "cullet" + (sysconfig.get_config_var("EXE") or "")
+    try:
+        # What the installer says it laid down.
+        listed = [Path(str(entry.locate())) for entry in files("cullet") or [] if entry.name == name]
+    except PackageNotFoundError:
+        listed = []
     folders = [Path(sysconfig.get_path("scripts"))]
     if os.name == "posix":
         folders.append(Path(sysconfig.get_path("scripts", scheme="posix_user")))
-    candidates = [folder / name for folder in folders]
-    try:
-        # What the installer says it laid down: `pip install --target` has other folders.
-        listed = files("cullet") or []
-        candidates += [Path(str(entry.locate())) for entry in listed if entry.name == name]
-    except PackageNotFoundError:
-        pass
+    # The program of another version may lie in the folders of scripts.
+    candidates = listed or [folder / name for folder in folders]
     # With `--target` the scripts lie in a folder beside the package.
     candidates.append(Path(__file__).resolve().parent.parent / "bin" / name)
     for candidate in candidates:

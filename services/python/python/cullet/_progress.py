@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import sys
 import time
 from collections.abc import Callable
@@ -76,15 +77,15 @@ class _Tqdm:
 
 
 class _Notebook:
-    def __init__(self, name: str, display: Any, html: Any) -> None:
-        self.name, self.html = name, html
-        self.handle = display(html(self._text("starts", 0.0)), display_id=True)
+    def __init__(self, name: str, display: Any, page: Any) -> None:
+        self.name, self.page = name, page
+        self.handle = display(page(self._text("starts", 0.0)), display_id=True)
 
     def _text(self, text: str, share: float) -> str:
-        return f"<progress value='{share:.4f}' max='1'></progress> {self.name}: {text}"
+        return f"<progress value='{share:.4f}' max='1'></progress> {html.escape(f'{self.name}: {text}')}"
 
     def show(self, progress: Progress) -> None:
-        self.handle.update(self.html(self._text(str(progress), progress.share)))
+        self.handle.update(self.page(self._text(str(progress), progress.share)))
 
     def done(self) -> None:
         pass

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import json
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -16,8 +16,6 @@ from ._recording import Recording
 from ._scene import PathLike, Scene
 from ._sweep import Sweep, SweepRun
 from ._values import Settings, settings
-
-_TAKEN = ("run.mcap", "run.mcap.partial", "table.csv", "1/run.mcap")
 
 
 def new_folder(name: str) -> Path:
@@ -34,13 +32,18 @@ def new_folder(name: str) -> Path:
             number += 1
 
 
+def refuse_taken(folder: PathLike) -> None:
+    """Refuses a folder that holds a run or a sweep."""
+    if _cullet.is_taken(os.fspath(folder)):
+        raise RunError(f"{folder}: there is a run in this folder; name another")
+
+
 def folder_for(out: PathLike | None, name: str) -> Path:
     """The folder for a run, which holds none yet."""
     if out is None:
         return new_folder(name)
+    refuse_taken(out)
     folder = Path(out)
-    if any((folder / taken).exists() for taken in _TAKEN):
-        raise RunError(f"{folder}: there is a run in this folder; name another")
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
@@ -110,7 +113,13 @@ class LocalPool:
         return _sweep(self, scene, values, out, progress)
 
     def close(self) -> None:
-        """Ends the workers."""
+        """Ends the workers, once the run of another thread is over.
+
+        Raises
+        ------
+        RunError
+            Who hears of the progress of a run closes its pool, or runs another scene on it.
+        """
         self._inner.close()
 
     def __enter__(self) -> LocalPool:
@@ -215,5 +224,4 @@ def _sweep(
     for number, (row, one) in enumerate(zip(rows, scenes, strict=True), 1):
         recording = pool.run(one, folder / str(number), progress)
         runs.append(SweepRun(values=row, recording=recording))
-    (folder / "sweep.json").write_text(json.dumps(rows, default=str) + "\n")
     return Sweep(runs)
