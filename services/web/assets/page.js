@@ -60,7 +60,6 @@ function bytes(count) {
   return count >= 1e9 ? `${(count / 1e9).toFixed(1)} GB` : `${Math.round(count / 1e6)} MB`;
 }
 
-const plural = (count, one, many) => `${number(count)} ${count === 1 ? one : many}`;
 
 /// Exit codes that a finished run may have, in words.
 const CODES = {
@@ -259,7 +258,6 @@ function enlarge(number) {
   say(byId("large-name"), `Run ${run.run}: ${run.name}`);
   byId("large-image").src = `/runs/${run.run}/picture?${encodeURIComponent(run.picture)}`;
   byId("large-image").alt = `Picture of run ${run.run}`;
-  byId("large").dataset.run = String(number);
   if (!byId("large").open) byId("large").showModal();
 }
 

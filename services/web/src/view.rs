@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Longest text of a run \[bytes\], most of its overrides and the longest of them \[bytes\]. What is
-/// cut ends with [`CUT`]; the protocol has the whole.
+/// Longest text of a run \[bytes\], most of its overrides, and the longest of them \[bytes\]. What
+/// is cut ends with [`CUT`]; the protocol has the whole.
 const MAX_TEXT: usize = 600;
 const MAX_OVERRIDES: usize = 12;
 const MAX_OVERRIDE: usize = 150;
