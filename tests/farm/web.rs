@@ -189,6 +189,24 @@ fn with_certificates_users_and_operators_watch_and_nobody_else() {
 }
 
 #[test]
+fn a_page_is_announced_where_it_answers() {
+    let (log, endpoint) = (unique("announced"), free_endpoint());
+    let call = Cullet::new(&["coordinator", "--listen", &endpoint, "--web", "127.0.0.1:0"]);
+    let said = fs::File::create(&log).expect("a file");
+    let out = unique("announced-runs");
+    let _coordinator = call.args(&["--out"]).path(&out).errors(said).spawn();
+    // The system chose the port.
+    let port = || {
+        let text = fs::read_to_string(&log).ok()?;
+        let (_, rest) = text.split_once("the farm's page is at http://127.0.0.1:")?;
+        rest.split_once("/\n")?.0.parse().ok()
+    };
+    until("it is announced", LIMIT, || port().is_some());
+    let answer = get(port().expect("a port"), "/healthz");
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+}
+
+#[test]
 fn a_run_on_this_machine_is_shown_while_it_goes_on() {
     let (out, port) = (unique("live"), free_port());
     let live = format!("--live=127.0.0.1:{port}");
