@@ -116,7 +116,8 @@ class Import(unittest.TestCase):
         own = recording.bodies[recording.bodies.parent == ball["body"]]
         direct = {each["cullet_body"] for each in pieces.objects}
         self.assertEqual(direct, set(own.body.tolist()))
-        self.assertIn("solved", {each["cullet_made"] for each in pieces.objects})
+        made = {each["cullet_body"]: each["cullet_made"] for each in pieces.objects}
+        self.assertEqual(made, dict(zip(own.body.tolist(), map(str, own.made), strict=True)))
         for each in pieces.objects:
             mesh = recording.mesh(each["cullet_body"])
             self.assertEqual(len(each.data.polygons), len(mesh.triangles))
