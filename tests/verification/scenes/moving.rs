@@ -1,6 +1,7 @@
 //! Scenes of sheets on a base or under a quench, of soft shells and of soft solids.
 
-use super::{Shown, parts_along, torn};
+use super::{Cullet, Path, Recording, Shown, parts_along, torn, unique};
+use cullet_geometry::Vec3;
 
 /// Cracks run in from the cold edge and part nothing.
 #[test]
@@ -42,6 +43,31 @@ fn beams() {
 fn cloth() {
     let (pieces, area, off) = torn(&Shown::of("cloth"));
     assert!(pieces == 1 && area == 0.0 && off < 0.02, "{pieces}, {area}, {off}");
+}
+
+/// Two patches that share an edge are one wall: they drape as one patch does. Compared by how far
+/// the cloth spreads each way and hangs down.
+#[test]
+fn cloth_of_two_patches_is_that_of_one() {
+    let spread = |mesh: &str| {
+        let folder = unique("patches");
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/cloth");
+        let mesh = scene.join(mesh);
+        let set = format!("body.cloth.mesh={:?}", mesh.display().to_string());
+        let call = Cullet::new(&["run", "-q", "--no-pictures", "--set", &set, "--out"]);
+        let call = call.path(&folder).args(&["--set", "world.duration=0.4"]).path(&scene);
+        let run = call.output();
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let recording = Recording::open(&folder.join("run.mcap")).expect("a recording");
+        let last = recording.sheets()[0].frames.last().copied().expect("a frame");
+        let moment = recording.sheet_at(0, last.step).expect("sound").expect("a moment");
+        std::fs::remove_dir_all(&folder).ok();
+        let none = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+        moment.places.iter().fold(none, |(low, high), p| (low.inf(p), high.sup(p)))
+    };
+    let (one, two) = (spread("one-patch.json"), spread("two-patches.json"));
+    let off = (one.0 - two.0).norm().max((one.1 - two.1).norm());
+    assert!(two.0.z < 0.1 && off < 5e-3, "{off} m: {one:?} {two:?}");
 }
 
 /// Nothing tears, and the books close.
