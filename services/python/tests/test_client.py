@@ -90,7 +90,9 @@ class Farm(unittest.TestCase):
     def test_a_full_queue_is_waited_for_until_control_c(self) -> None:
         place, endpoint = folder(), f"tcp/127.0.0.1:{free_port()}"
         code = textwrap.dedent(f"""
-            import math, cullet
+            import math, signal, cullet
+            # Where the tests run in the background, Ctrl-C is ignored.
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             client = cullet.Client({endpoint!r}, patience=30)
             scene = cullet.Scene.from_text({DROP!r})
             try:

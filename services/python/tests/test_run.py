@@ -106,7 +106,9 @@ class Runs(unittest.TestCase):
     def test_control_c_finishes_the_recording_first(self) -> None:
         place = folder()
         code = textwrap.dedent(f"""
-            import cullet
+            import signal, cullet
+            # Where the tests run in the background, Ctrl-C is ignored.
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             scene = cullet.Scene.from_text({DROP!r}).set("world.duration", 600)
             cullet.run(scene, {str(place)!r}, workers=1, progress=lambda at: print(at.time, flush=True))
         """)
