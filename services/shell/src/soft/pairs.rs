@@ -300,6 +300,16 @@ impl MeetingPairs {
         }
     }
 
+    /// Pairs of points that press on each other now, by their numbers.
+    pub(super) fn pressed<const N: usize>(&self, domain: &ShellDomain<f64, N>) -> Vec<[u32; 2]> {
+        let ends = |pair: &MeetingPair| pair.ends.map(|end| self.members[end as usize]);
+        let presses = |pair: &&MeetingPair| {
+            let [a, b] = ends(pair).map(|p| domain.place_now(p as usize));
+            (b - a).norm() < pair.distance
+        };
+        self.pairs.iter().filter(presses).map(ends).collect()
+    }
+
     /// Energy of all pairs \[J\].
     pub(super) fn energy<const N: usize>(&mut self, domain: &ShellDomain<f64, N>) -> f64 {
         self.update(domain);

@@ -4,7 +4,7 @@ use crate::harness::{
     RUBBER, WHOLE, figure, free_ball, grip_x, places, prepare, setup, sheet, solve,
 };
 use cullet_geometry::{Quat, Vec3};
-use cullet_model::Material;
+use cullet_model::{BodyCut, BodyGrip, Material};
 
 /// A thrown sheet falls as a point does, and nothing strains.
 #[test]
@@ -169,4 +169,27 @@ fn a_sheet_at_rest_is_frozen_until_something_comes_near() {
     let ball = free_ball(0.03, 0.1, Vec3::new(0.0, 0.0, 0.05), Vec3::new(0.0, 0.0, -2.0));
     let hit = solve(&prepared, Some(&later.state), 744, 24, vec![ball, floor()]);
     assert!(!hit.pieces[0].frozen && hit.ledger.bodies != 0.0, "{:?}", hit.ledger);
+}
+
+/// The right half of a sheet, cut off, is laid on the left one, which is held: it comes to rest
+/// there, with nothing but the other piece under it.
+#[test]
+fn a_piece_that_lies_on_another_comes_to_rest() {
+    let mut body = sheet([0.32, 0.16, 4e-3], 0.02, WHOLE, RUBBER);
+    let corner = |y: f64, z: f64| Vec3::new(0.04 + 1e-6, y, z);
+    let corners = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    body.cuts = vec![BodyCut { corners }];
+    let to = |t: f64, x: f64, z: f64| (t, Vec3::new(x, 0.0, z));
+    let over = vec![to(0.15, 0.0, 0.03), to(0.4, -0.18, 0.03), to(0.6, -0.18, 0.014)];
+    let laid = BodyGrip { until: Some(0.65), ..grip_x(0.09, 1.0, over) };
+    body.grips = vec![grip_x(-1.0, -0.01, vec![]), laid];
+    body.damping = 0.5;
+    (body.air.density, body.air.drag) = (60.0, 5.0);
+    let prepared = prepare(&setup(body, Vec3::new(0.0, 0.0, -9.81)));
+    let rested = solve(&prepared, None, 0, 6 * 240, vec![]);
+    assert_eq!(rested.pieces.len(), 2, "{:?}", rested.pieces);
+    assert_eq!(rested.pieces.iter().filter(|p| p.frozen).count(), 1, "{:?}", rested.pieces);
+    let laid = places(&rested).into_iter().filter(|x| x.z > 2.5e-3);
+    let (low, high) = laid.fold((1.0, 0.0), |(low, high), x| (x.z.min(low), x.z.max(high)));
+    assert!(low > 4e-3 && high < 0.04, "{low} {high}");
 }

@@ -43,6 +43,7 @@ impl<const N: usize> SoftShellRun<N> {
         // What moves nothing is of no piece.
         let moves = domain.moves();
         let here: Vec<usize> = (0..moves.len()).filter(|&n| moves[n]).collect();
+        let pressed = self.pressed(&here);
         let held = |&n: &usize| self.holders[domain.origin[n] as usize] != FREE;
         let check = RestCheck {
             labels: &picked(&labels, &here),
@@ -50,13 +51,24 @@ impl<const N: usize> SoftShellRun<N> {
             velocities: &picked(&domain.velocity, &here),
             held: &here.iter().map(held).collect::<Vec<_>>(),
             touched: &picked(&self.touched, &here),
-            pressed: &[],
+            pressed: &pressed,
             proxies: &self.proxies,
             spacing: self.prepared.body.spacing,
             world_step: self.prepared.setup.world_step,
         };
         check.count(&mut self.state.pieces);
         self.touched.fill(false);
+    }
+
+    /// Pairs of those control points, by their places in the list, whose walls press on each other.
+    fn pressed(&self, here: &[usize]) -> Vec<[u32; 2]> {
+        let domain = &self.state.domain;
+        let end = |p: u32| {
+            let (nodes, _) = domain.functions(p as usize);
+            nodes.iter().find_map(|&n| here.binary_search(&(n as usize)).ok()).map(|at| at as u32)
+        };
+        let pairs = self.meeting.pressed(domain).into_iter();
+        pairs.filter_map(|[p, q]| Some([end(p)?, end(q)?])).collect()
     }
 
     /// Stops what is frozen.
