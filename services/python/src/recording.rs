@@ -208,6 +208,7 @@ impl PyRecording {
         columns.numbers("mass", all.iter().map(|part| part.mass))?;
         columns.numbers("ratio", all.iter().map(|part| part.ratio))?;
         columns.numbers("cell", all.iter().map(|part| part.cell))?;
+        columns.texts("made", all.iter().map(|p| if p.sampled { "sampled" } else { "solved" }))?;
         Ok(columns.done())
     }
 

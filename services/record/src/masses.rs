@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Cells from which on a fragment is one that the solve resolved \[1\]: pieces that are drawn in
-/// crushed zones, by a law and not by a solve, stay below, but for one in twenty.
+/// Cells from which on a solved fragment is resolved \[1\]: the masses of smaller ones depend on the
+/// grid. Fragments that were drawn from a law are never resolved, whatever their size.
 pub const RESOLVED_CELLS: f64 = 64.0;
 
 /// A fragment that broke no further.
@@ -25,6 +25,16 @@ pub struct FragmentMass {
     pub ratio: f64,
     /// Mass of a cell of the solve that made it \[kg\]; zero where it had no grid.
     pub cell: f64,
+    /// Whether it was drawn from a law, and not solved.
+    pub sampled: bool,
+}
+
+impl FragmentMass {
+    /// Whether a solve made it, of at least so many cells.
+    #[must_use]
+    pub fn is_resolved(&self, cells: f64) -> bool {
+        !self.sampled && self.mass >= cells * self.cell
+    }
 }
 
 /// A law fitted by maximum likelihood.
@@ -100,6 +110,7 @@ fn of(recording: &Recording) -> Vec<FragmentMass> {
         .filter_map(|event| event.body)
         .collect();
     let spacing = recording.spacings();
+    let sampled = recording.sampled_fragments();
     let wholes = recording.bodies.iter().filter(|body| body.parent.is_none());
     let volumes: BTreeMap<&str, f64> = wholes.map(|b| (b.object.as_str(), b.volume)).collect();
     let leaves = recording.bodies.iter().filter(|body| !broken.contains(&body.id));
@@ -113,43 +124,47 @@ fn of(recording: &Recording) -> Vec<FragmentMass> {
                 mass: body.mass,
                 ratio: body.volume / volumes.get(body.object.as_str()).copied()?,
                 cell: h * h * h * body.mass / body.volume,
+                sampled: sampled.contains(&body.id),
             })
         })
         .collect()
 }
 
-/// The list as CSV, then for each object its fits as lines that begin with `#`, to fragments of at
-/// least that many cells.
+/// The list as CSV, then for each object its fits as lines that begin with `#`, to solved fragments
+/// of at least that many cells.
 #[must_use]
 pub fn table(masses: &[FragmentMass], cells: f64) -> String {
-    let mut text = String::from("name,object,generation,mass_kg,volume_ratio,resolved\n");
+    let mut text = String::from("name,object,generation,mass_kg,volume_ratio,made,resolved\n");
     let mut objects: BTreeMap<&str, Vec<&FragmentMass>> = BTreeMap::new();
     for part in masses {
-        let FragmentMass { name, object, generation, mass, ratio, cell } = part;
-        let resolved = *mass >= cells * cell;
+        let FragmentMass { name, object, generation, mass, ratio, .. } = part;
+        let made = if part.sampled { "sampled" } else { "solved" };
+        let resolved = part.is_resolved(cells);
         let row = [quoted(name), quoted(object)].join(",");
-        let _never = writeln!(text, "{row},{generation},{mass:e},{ratio:e},{resolved}");
+        let _never = writeln!(text, "{row},{generation},{mass:e},{ratio:e},{made},{resolved}");
         objects.entry(object).or_default().push(part);
     }
     for (object, parts) in objects {
         let least = cells * parts.iter().map(|part| part.cell).fold(0.0, f64::max);
-        let all: Vec<f64> = parts.iter().map(|part| part.mass).collect();
-        text.push_str(&told(object, &all, least));
+        let solved = parts.iter().filter(|part| !part.sampled);
+        let solved: Vec<f64> = solved.map(|part| part.mass).collect();
+        text.push_str(&told(object, (&solved, parts.len()), least));
     }
     text
 }
 
-fn told(object: &str, all: &[f64], least: f64) -> String {
-    let Some(fits) = fit(all, least) else {
-        return format!("# {object}: {} fragments, too few to fit\n", all.len());
+/// `solved`: masses of those that were solved \[kg\], of so many fragments in all.
+fn told(object: &str, (solved, all): (&[f64], usize), least: f64) -> String {
+    let Some(fits) = fit(solved, least) else {
+        let solved = solved.len();
+        return format!("# {object}: {solved} of {all} fragments solved, too few to fit\n");
     };
     let Fits { count, least, mott, whole, power } = fits;
     format!(
-        "# {object}: {count} of {} fragments have at least {least:.3e} kg; \
+        "# {object}: {count} of {all} fragments were solved and have at least {least:.3e} kg; \
          of samples of a law 95 % have KS below {:.3}\n\
          # {object}: Mott N(>m) = {whole:.1} exp(-sqrt(m/{:.3e} kg)), KS {:.3}\n\
          # {object}: power law n(m) ~ m^-{:.3}, KS {:.3}\n",
-        all.len(),
         // Kolmogorov's limit for many; with a fitted parameter it is lenient.
         1.36 / (count as f64).sqrt(),
         mott.value,
@@ -214,7 +229,13 @@ mod tests {
         assert!(list.iter().all(|part| (part.ratio - 0.5).abs() < 1e-12 && part.cell == 0.0));
         let text = table(&list, RESOLVED_CELLS);
         assert_eq!(text.lines().count(), 4, "{text}");
-        assert!(text.ends_with("# cube: 2 fragments, too few to fit\n"), "{text}");
+        assert!(text.ends_with("# cube: 2 of 2 fragments solved, too few to fit\n"), "{text}");
+        let drawn = FragmentMass { sampled: true, ..list[0].clone() };
+        assert!(list[0].is_resolved(64.0) && !drawn.is_resolved(0.0));
+        let drawn = vec![drawn; 9];
+        let text = table(&drawn, RESOLVED_CELLS);
+        assert!(text.contains(",sampled,false\n"), "{text}");
+        assert!(text.ends_with("# cube: 0 of 9 fragments solved, too few to fit\n"), "{text}");
         assert_eq!(quoted("a,\"b\""), "\"a,\"\"b\"\"\"");
     }
 }

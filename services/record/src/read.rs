@@ -14,7 +14,7 @@ use cullet_proto::recording::{
 };
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Bytes that a chunk may claim to unpack to. Ours have 8 MiB plus one message; a damaged length
@@ -322,6 +322,12 @@ impl Recording {
     pub fn spacings(&self) -> BTreeMap<u64, f64> {
         let made = self.reports.iter().filter(|report| report.fragments > 0);
         made.map(|report| (report.body, report.spacing)).collect()
+    }
+
+    /// Fragments that were drawn from a law, and not solved; none of an old recording.
+    #[must_use]
+    pub fn sampled_fragments(&self) -> BTreeSet<u64> {
+        self.sampled.iter().flat_map(|sampled| &sampled.fragments).copied().collect()
     }
 
     /// What the windows of each sheet came to, by number.

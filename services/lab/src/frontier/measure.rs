@@ -159,6 +159,8 @@ struct MeasuredPart {
     mass: f64,
     /// Mass of a cell of the solve that made it \[kg\]; 0 where it had no grid.
     cell: f64,
+    /// Whether it was drawn from a law, and not solved.
+    sampled: bool,
 }
 
 fn scenes(
@@ -249,11 +251,12 @@ fn plain(parts: &[MeasuredPart]) -> Vec<f64> {
 }
 
 /// Kolmogorov's distance of the pieces that a solve resolved from Mott's law fitted to them; not a
-/// number of fewer than three.
+/// number of fewer than three. Sampled pieces are drawn from that law, and say nothing of it.
 fn mott(parts: &[MeasuredPart]) -> f64 {
-    let broken: Vec<MeasuredPart> = parts.iter().filter(|part| part.broken).cloned().collect();
-    let least = RESOLVED_CELLS * broken.iter().map(|part| part.cell).fold(0.0, f64::max);
-    fit(&plain(&broken), least).map_or(f64::NAN, |fits| fits.mott.distance)
+    let is_solved = |part: &&MeasuredPart| part.broken && !part.sampled;
+    let solved: Vec<MeasuredPart> = parts.iter().filter(is_solved).cloned().collect();
+    let least = RESOLVED_CELLS * solved.iter().map(|part| part.cell).fold(0.0, f64::max);
+    fit(&plain(&solved), least).map_or(f64::NAN, |fits| fits.mott.distance)
 }
 
 /// What each seed adds to a number of all seeds together, such that the mean over them is that
@@ -347,6 +350,7 @@ fn parts_of(recording: &Recording) -> Vec<MeasuredPart> {
         .filter_map(|event| event.body)
         .collect();
     let spacing = recording.spacings();
+    let sampled = recording.sampled_fragments();
     let left = recording.bodies.iter().filter(|body| !broken.contains(&body.id));
     left.map(|body| {
         let h = body.parent.and_then(|parent| spacing.get(&parent)).copied().unwrap_or(0.0);
@@ -355,6 +359,7 @@ fn parts_of(recording: &Recording) -> Vec<MeasuredPart> {
             broken: body.generation > 0,
             mass: body.mass,
             cell: h * h * h * body.mass / body.volume,
+            sampled: sampled.contains(&body.id),
         }
     })
     .collect()
@@ -381,7 +386,7 @@ mod tests {
         assert_eq!(pooled(&other[..1], &to), [mass_distance(&other[0], &reference)]);
     }
 
-    /// Masses at even quantiles of Mott's law are at it; crumbs and wholes do not count.
+    /// Masses at even quantiles of Mott's law are at it; crumbs, wholes and sampled pieces do not count.
     #[test]
     fn resolved_pieces_are_held_against_motts_law() {
         let part = |mass: f64, broken: bool| MeasuredPart {
@@ -389,6 +394,7 @@ mod tests {
             broken,
             mass,
             cell: 1e-6,
+            sampled: false,
         };
         let law = |k: i32| (8e-3 - 0.02 * libm::log(1.0 - (f64::from(k) + 0.5) / 200.0)).powi(2);
         let mut parts: Vec<MeasuredPart> = (0..200).map(|k| part(law(k), true)).collect();
@@ -396,6 +402,7 @@ mod tests {
         assert!(own < 0.02, "{own}");
         parts.extend((0..100).map(|_| part(6.3e-5, true)));
         parts.extend((0..100).map(|_| part(1.0, false)));
+        parts.extend((0..100).map(|_| MeasuredPart { sampled: true, ..part(2e-4, true) }));
         assert!((mott(&parts) - own).abs() < 1e-12);
         let even: Vec<MeasuredPart> =
             (0..50).map(|k| part(1e-3 + 1e-6 * f64::from(k), true)).collect();

@@ -299,7 +299,7 @@ impl SetBuilder<'_> {
             self.wrong(&format!("{at}.object"), format!("the scene has no body \"{object}\""));
         }
         let own = match form.finest.is_empty() {
-            _ if metric == MOTT => "fitted to pieces of at least 64 cells".to_owned(),
+            _ if metric == MOTT => "fitted to solved pieces of at least 64 cells".to_owned(),
             _ if metric != MASSES => "of what is there at the end".to_owned(),
             true => "its own run as it is".to_owned(),
             false => format!("its own run with {}", form.finest.join(" ")),

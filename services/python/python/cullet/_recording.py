@@ -524,10 +524,11 @@ class Recording:
 
     @cached_property
     def fragment_masses(self) -> Table:
-        """The fragments that broke no further: `name`, `object`, `generation`, `mass` [kg], `ratio`, `cell`.
+        """The fragments that broke no further: `name`, `object`, `generation`, `mass` [kg], `ratio`, `cell`,
+        `made`.
 
         `ratio` is the volume over the object's [1]; `cell` the mass of a cell of the grid that it was solved with [kg],
-        0 where there was no grid. Fragments of 64 cells and more are those that a solve resolved.
+        0 where there was no grid; `made` is "solved" or "sampled". A solve resolves solved fragments of 64 cells and more.
         """
         return table(self._inner.fragment_masses(), _MASSES)
 
