@@ -7,8 +7,8 @@ use crate::steps::SheetRun;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Vec3};
 use cullet_model::{
-    ContinuumSetup, Proxy, ProxyMotion, SheetDiffusion, SheetQuantities, SheetRegion, SheetSource,
-    SheetSourceKind, Window, WindowOutcome,
+    Continuum, ContinuumSetup, Proxy, ProxyMotion, SheetDiffusion, SheetQuantities, SheetRegion,
+    SheetSource, SheetSourceKind, Window, WindowOutcome, WindowProgress,
 };
 use std::sync::Arc;
 
@@ -144,14 +144,13 @@ fn strains_that_add_up_to_too_much_end_a_window() {
         let mut run =
             crate::MembraneWindow::open(prepared, None, window(0, 1)).expect("a window opens");
         loop {
-            match cullet_model::Continuum::advance(&mut run) {
-                cullet_model::WindowProgress::Running(_) => {}
-                cullet_model::WindowProgress::Failed(why) => return why.to_string(),
+            match Continuum::advance(&mut run) {
+                WindowProgress::Running(_) => {}
+                WindowProgress::Failed(why) => return why.to_string(),
                 _ => return String::new(),
             }
         }
     };
-    use cullet_model::Continuum as _;
     assert_eq!(swelling(vec![("a", own(0.0))]), "");
     let told = swelling(vec![("a", own(0.0)), ("b", own(2.0))]);
     assert!(told.contains("1.000e0 and 3.000e0, strains it by 0.600"), "{told}");

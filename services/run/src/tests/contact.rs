@@ -97,5 +97,5 @@ fn windows_say_of_which_object_a_body_is() {
     // There are windows with both halves of a cube.
     assert!(found["left"].len() > found["floor"].len(), "{found:?}");
     let found = objects("patch = { centre = [0, 0], radius = 0.1 }");
-    assert!(found.values().flatten().all(|told| told.is_none()), "{found:?}");
+    assert!(found.values().flatten().all(Option::is_none), "{found:?}");
 }
