@@ -162,6 +162,16 @@ pub fn decode_record<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> 
     whole(bincode::serde::decode_from_slice(bytes, settings), bytes.len())
 }
 
+/// The record at the beginning of a slab, and how many bytes it takes.
+///
+/// # Errors
+/// [`WireError::Header`] if it does not decode within [`MAX_RECORD`].
+pub fn decode_first_record<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), WireError> {
+    limit("a record's length", bytes.len() as u64, MAX_RECORD as u64)?;
+    let settings = bincode::config::legacy().with_limit::<MAX_RECORD>();
+    bincode::serde::decode_from_slice(bytes, settings).map_err(|e| WireError::Header(e.to_string()))
+}
+
 fn whole<T>(
     decoded: Result<(T, usize), bincode::error::DecodeError>,
     length: usize,

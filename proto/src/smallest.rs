@@ -85,7 +85,7 @@ impl WindowJob {
             velocity: Vec3::zeros(),
             grips: Vec::new(),
             air,
-            diffusion: None,
+            diffusion: Default::default(),
             foundation: None,
             pace: MembranePace::Softer(10.0),
         };

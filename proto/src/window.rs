@@ -26,6 +26,8 @@ pub const MAX_PROXIES: usize = 1_024;
 pub const MAX_PARTS_OF_PROXY: usize = 4_096;
 /// Most steps of the rigid world in one window.
 pub const MAX_WINDOW_STEPS: u64 = 1_024;
+/// In place of the number of an object that is none of the scene's.
+const NO_OBJECT: u32 = u32::MAX;
 /// Largest state \[bytes\].
 pub use cullet_model::sheet_check::MAX_STATE;
 
@@ -98,6 +100,10 @@ impl WindowJob {
                 poses::put(&mut slabs, led);
             }
         }
+        if self.setup.body.asks_for_objects() {
+            let objects = self.window.proxies.iter();
+            mesh::put_u32s(&mut slabs, objects.map(|proxy| proxy.object.unwrap_or(NO_OBJECT)));
+        }
         let second = slabs.len();
         slabs.extend_from_slice(self.state.as_ref().map_or(&[], |state| state.as_slice()));
         let bytes = envelope::seal(MessageKind::WindowJob, &header, &slabs)?;
@@ -109,6 +115,11 @@ impl WindowJob {
     /// The slab of the body, the bytes of its numbers, and the counts of its solid.
     fn body(&self) -> Result<(Vec<u8>, u64, SolidCounts), WireError> {
         let mut slab = codec::encode_record(&self.setup)?;
+        if let ContinuumBody::Membrane(sheet) = &self.setup.body
+            && let Some(further) = sheet.diffusion.further()
+        {
+            slab.extend(codec::encode_record(&further)?);
+        }
         let numbers = slab.len() as u64;
         let solid = solid_of(&self.setup);
         let counts = solid.map(mesh::counts).transpose()?;
@@ -133,7 +144,7 @@ impl WindowJob {
         header.check()?;
         let mut slabs = Slabs::new(slabs);
         let numbers = slabs.take("a body's numbers", header.setup as usize, 1)?;
-        let mut setup: ContinuumSetup = codec::decode_record(numbers)?;
+        let mut setup = setup_of(numbers)?;
         match (&mut setup.body, header.solid) {
             (ContinuumBody::Soft(body), Some((vertices, triangles))) => {
                 body.solid = Arc::new(slabs.solid(vertices, triangles)?);
@@ -147,6 +158,13 @@ impl WindowJob {
         let numbers = slabs.take("a window's numbers", header.window as usize, 1)?;
         let mut record: WindowRecord = codec::decode_record(numbers)?;
         record.fill(&mut slabs)?;
+        if setup.body.asks_for_objects() {
+            let proxies = &mut record.window.proxies;
+            let objects = slabs.u32s("objects of bodies in reach", proxies.len())?;
+            for (proxy, object) in proxies.iter_mut().zip(objects) {
+                proxy.object = (object != NO_OBJECT).then_some(object);
+            }
+        }
         record.check(setup.world_step, &setup.gravity)?;
         let state = match header.state {
             Some(length) => Some(slabs.take("a window's state", length as usize, 1)?.to_vec()),
@@ -173,6 +191,27 @@ impl WindowJob {
         let slab = self.body()?.0;
         Ok(digest(&[self.family.as_bytes(), &[0], &slab].concat()))
     }
+}
+
+/// The body in these numbers. What a sheet takes up beside a first quantity stands behind them.
+fn setup_of(numbers: &[u8]) -> Result<ContinuumSetup, WireError> {
+    let (mut setup, used) = codec::decode_first_record::<ContinuumSetup>(numbers)?;
+    match (&mut setup.body, &numbers[used..]) {
+        (_, []) => {}
+        (ContinuumBody::Membrane(sheet), further) => {
+            sheet.diffusion.join(codec::decode_record(further)?);
+            let again = sheet.diffusion.further().map(|it| codec::encode_record(&it));
+            if again.transpose()?.as_deref() != Some(further) {
+                let why = "what a sheet takes up beside a first quantity is not canonical";
+                return Err(WireError::Header(why.to_owned()));
+            }
+        }
+        (_, rest) => {
+            let (what, extra) = ("a body's numbers", rest.len());
+            return Err(WireError::Trailing { what, extra });
+        }
+    }
+    Ok(setup)
 }
 
 /// The solid of a body that has one.

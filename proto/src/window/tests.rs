@@ -3,15 +3,17 @@ use crate::Verdict;
 use crate::outline::{Outline, Parted};
 use cullet_geometry::{Mat3, Pose, shapes};
 use cullet_model::{
-    BodyCut, BodyGrip, BodyRegion, BondedSolid, Figure, Handed, Material, MembranePace,
-    MovingSurface, Proxy, SettledPiece, SheetAir, SoftBody, SoftLaw, SurfaceFrame, SweptExtent,
-    TornPiece, WindowLedger, WindowOutcome,
+    BodyCut, BodyGrip, BodyRegion, BondedSolid, Figure, FurtherQuantities, Handed, Material,
+    MembranePace, MovingSurface, Proxy, SettledPiece, SheetAir, SheetDiffusion, SheetRegion,
+    SheetSource, SheetSourceKind, SoftBody, SoftLaw, SurfaceFrame, SweptExtent, TornPiece,
+    WindowLedger, WindowOutcome,
 };
 
 fn proxy(body: u64, motion: ProxyMotion) -> Proxy {
     let corners: Vec<Vec3> = (0..200).map(|k| Vec3::new(f64::from(k), 1.0, 2.0)).collect();
     Proxy {
         body,
+        object: None,
         parts: vec![corners.clone(), corners[..4].to_vec()],
         friction: 0.5,
         pose: Pose::new(Vec3::x(), Vec3::new(0.1, 0.2, 0.3)),
@@ -130,6 +132,88 @@ fn what_no_window_is_is_refused_with_its_bound() -> Result<(), WireError> {
     assert!(matches!(led, Err(WireError::Short { what: "poses of a led body", .. })), "{led:?}");
     let turn = spoilt(&|job| job.window.proxies[0].pose.rotation.as_mut_unchecked().coords *= 2.0);
     assert!(matches!(turn, Err(WireError::Header(_))), "{turn:?}");
+    Ok(())
+}
+
+/// A sheet with several quantities.
+fn soaking() -> WindowJob {
+    let mut job = job();
+    let ContinuumBody::Membrane(sheet) = &mut job.setup.body else { panic!("another body") };
+    let what = |start: f64| SheetDiffusion {
+        capacity: 1.0,
+        conductivity: [1e-5; 2],
+        expansion: [0.0; 2],
+        start,
+        saturation: 1.0,
+        stiffness: vec![(0.0, 1.0), (1.0, 0.5)],
+        toughness: vec![],
+        strength: vec![],
+        exposure: 0.0,
+        weight: 0.0,
+        loss: 0.0,
+        ambient: 0.0,
+        sources: vec![],
+    };
+    sheet.diffusion = Some(what(0.25)).into();
+    sheet.diffusion.all.push(what(0.5));
+    sheet.diffusion.names = vec!["heat".into(), "water".into()];
+    sheet.diffusion.shown = 1;
+    job
+}
+
+/// What there is beside a first quantity stands behind the body's numbers; a body without more has
+/// the bytes that it had before there could be.
+#[test]
+fn several_quantities_travel_behind_the_first() -> Result<(), WireError> {
+    let several = soaking();
+    assert_eq!(WindowJob::decode(&several.encode()?)?, several);
+    let numbers = |job: &WindowJob| job.body().map(|(slab, ..)| slab);
+    let mut one = several.clone();
+    let ContinuumBody::Membrane(sheet) = &mut one.setup.body else { panic!("another body") };
+    sheet.diffusion = sheet.diffusion.all.first().cloned().into();
+    let plain = numbers(&one)?;
+    assert_eq!(numbers(&several)?[..plain.len()], plain);
+    assert_eq!(plain, codec::encode_record(&one.setup)?);
+    assert_ne!(several.setup_digest()?, one.setup_digest()?);
+    let shown = |shown| {
+        let mut job = several.clone();
+        let ContinuumBody::Membrane(sheet) = &mut job.setup.body else { panic!("another body") };
+        sheet.diffusion.shown = shown;
+        job.setup_digest()
+    };
+    assert_ne!(shown(0)?, shown(1)?);
+    // Behind nothing, or with something behind it, it is not what anyone wrote.
+    let bytes = [plain, codec::encode_record(&FurtherQuantities::default())?].concat();
+    assert!(matches!(setup_of(&bytes), Err(WireError::Header(_))), "{:?}", setup_of(&bytes));
+    let bytes = [numbers(&several)?, vec![0]].concat();
+    assert!(matches!(setup_of(&bytes), Err(WireError::Trailing { .. })));
+    Ok(())
+}
+
+/// Which object a body in reach is travels where the sheet takes something up by contact.
+#[test]
+fn objects_travel_where_a_sheet_asks_for_them() -> Result<(), WireError> {
+    let mut job = soaking();
+    for (proxy, object) in job.window.proxies.iter_mut().zip([Some(4), None, Some(0)]) {
+        proxy.object = object;
+    }
+    let forgotten = WindowJob::decode(&job.encode()?)?;
+    assert!(forgotten.window.proxies.iter().all(|proxy| proxy.object.is_none()));
+    assert_eq!(forgotten.id()?, job.id()?);
+    let ContinuumBody::Membrane(sheet) = &mut job.setup.body else { panic!("another body") };
+    sheet.diffusion.all[1].sources.push(SheetSource {
+        region: SheetRegion::Box { low: [-1.0; 2], high: [1.0; 2] },
+        from: 0.0,
+        until: 1.0,
+        kind: SheetSourceKind::Contact { object: 4, towards: 1.0, film: 1e-3 },
+    });
+    assert_eq!(WindowJob::decode(&job.encode()?)?, job);
+    let mut other = job.clone();
+    other.window.proxies[1].object = Some(4);
+    assert_ne!(other.id()?, job.id()?);
+    let parted = Parted::of_window(&job)?;
+    let parts: Vec<_> = parted.parts.iter().map(|(_, part)| part.as_slice()).collect();
+    assert_eq!(Outline::open(&parted.outline)?.whole(&parts), Some(job.encode()?));
     Ok(())
 }
 

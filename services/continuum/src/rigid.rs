@@ -49,6 +49,7 @@ struct Touching {
 #[derive(Clone, Debug)]
 pub struct RigidProxy {
     body: u64,
+    object: Option<u32>,
     parts: Vec<HalfSpaces>,
     /// Of a ball around its centre that holds all parts \[m\].
     radius: f64,
@@ -138,6 +139,7 @@ impl RigidProxy {
         };
         let mut rigid = Self {
             body,
+            object: proxy.object,
             parts,
             radius,
             friction: proxy.friction,
@@ -225,6 +227,18 @@ impl RigidProxy {
             self.velocity += gravity * points.dt + impulse / *mass;
             self.angular_momentum += moment;
         }
+    }
+
+    /// Number of the object of the scene that it is or came from, where that is known.
+    #[must_use]
+    pub fn object(&self) -> Option<u32> {
+        self.object
+    }
+
+    /// The points that touch it, by rising number.
+    pub fn touching_points(&mut self, points: &TouchedPoints<'_>) -> impl Iterator<Item = usize> {
+        self.find_touching(points);
+        self.touching.iter().map(|touching| touching.point)
     }
 
     /// Finds the points that touch; the share of their mass that they bear, 1/(1 + Λ).
@@ -326,6 +340,7 @@ mod tests {
         let corners = (0..8).map(|k| Vec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
         Proxy {
             body: 1,
+            object: None,
             parts: vec![corners],
             friction: 0.5,
             pose: Pose::identity(),

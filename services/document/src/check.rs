@@ -42,6 +42,19 @@ pub fn resolve<'a>(root: &'a Json, schema: &'a Json) -> &'a Json {
     }
 }
 
+/// Of a value that may be an item or a list of some, the choice that is like it.
+fn one_or_some<'a>(schema: &'a Json, node: &Node) -> &'a Json {
+    let choices = || schema["anyOf"].as_array().into_iter().flatten();
+    let mut lists = choices().filter(|choice| choice["type"] == "array");
+    let mut items =
+        choices().filter(|choice| choice["type"] != "array" && choice["type"] != "null");
+    match (lists.next(), items.next(), &node.value) {
+        (Some(list), Some(_), Value::Array(_)) => list,
+        (Some(_), Some(item), _) => item,
+        _ => schema,
+    }
+}
+
 /// Checks a document against its schema and collects the errors.
 struct SchemaChecker<'a> {
     root: &'a Json,
@@ -55,7 +68,7 @@ impl SchemaChecker<'_> {
     }
 
     fn node(&mut self, schema: &Json, node: &mut Node, path: &Path) {
-        let schema = resolve(self.root, schema);
+        let schema = resolve(self.root, one_or_some(schema, node));
         if let Some(choices) = schema["oneOf"].as_array() {
             return self.one_of(choices, node, path);
         }

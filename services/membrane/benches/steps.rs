@@ -163,7 +163,7 @@ fn sheet(case: &Case) -> ContinuumSetup {
             gusts: [0.0; 2],
             pressure: 0.0,
         },
-        diffusion: None,
+        diffusion: Default::default(),
         foundation: None,
         pace: MembranePace::Real,
     };
@@ -284,21 +284,24 @@ fn paper_sheet(row: &PaperRow) -> PreparedMembrane {
     own.material.density = row.density;
     own.material.fracture_energy = row.fracture_energy;
     own.material.strength = 0.1 * row.young;
-    own.diffusion = row.spreads.map(|[k, alpha]| SheetDiffusion {
-        capacity: row.density,
-        conductivity: [k; 2],
-        expansion: [alpha; 2],
-        start: 0.0,
-        saturation: f64::INFINITY,
-        stiffness: vec![],
-        toughness: vec![],
-        strength: vec![],
-        exposure: 0.0,
-        weight: 0.0,
-        loss: 0.0,
-        ambient: 0.0,
-        sources: vec![],
-    });
+    own.diffusion = row
+        .spreads
+        .map(|[k, alpha]| SheetDiffusion {
+            capacity: row.density,
+            conductivity: [k; 2],
+            expansion: [alpha; 2],
+            start: 0.0,
+            saturation: f64::INFINITY,
+            stiffness: vec![],
+            toughness: vec![],
+            strength: vec![],
+            exposure: 0.0,
+            weight: 0.0,
+            loss: 0.0,
+            ambient: 0.0,
+            sources: vec![],
+        })
+        .into();
     let setup = |world_step: f64| ContinuumSetup {
         body: ContinuumBody::Membrane(own.clone()),
         world_step,

@@ -9,8 +9,8 @@ pub(crate) struct SheetBooks {
     pub(crate) sums: StepSums,
     /// Energy that changed stiffness and mass gave \[J\].
     pub(crate) quantity_work: f64,
-    /// ΣρChAθ that came from outside.
-    pub(crate) quantity_in: f64,
+    /// ΣρChAθ of each quantity that came from outside.
+    pub(crate) quantities_in: Vec<f64>,
     /// Impulse of each grip \[N·s\].
     pub(crate) grips: Vec<Vec3>,
     /// Steps taken.

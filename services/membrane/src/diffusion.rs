@@ -51,12 +51,72 @@ pub(crate) struct DiffusionBonds {
 pub(crate) struct DiffusionStep<'a> {
     pub(crate) what: &'a SheetDiffusion,
     pub(crate) areas: &'a [f64],
+    pub(crate) contacts: &'a ObjectContacts,
     /// d of each bond: nothing passes a broken one.
     pub(crate) damage: &'a [f64],
     /// Now \[s\].
     pub(crate) time: f64,
     /// Length \[s\].
     pub(crate) dt: f64,
+}
+
+/// How long rigid bodies have touched each point since a quantity's last step, by the object of the
+/// scene that they are of. It is counted at every step of the sheet, so that a body that is faster
+/// than the quantity's steps leaves out no point on its way.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ObjectContacts {
+    /// Steps of the sheet that were counted.
+    steps: u32,
+    /// Number of each object, and the steps in which it touched each point.
+    touched: Vec<(u32, Vec<PointContact>)>,
+}
+
+/// The steps in which an object touched a point.
+#[derive(Clone, Copy, Debug, Default)]
+struct PointContact {
+    count: u32,
+    /// The last of them: several bodies of an object count once.
+    last: u32,
+}
+
+impl ObjectContacts {
+    /// Begins to count anew.
+    pub(crate) fn clear(&mut self) {
+        self.steps = 0;
+        for (_, touched) in &mut self.touched {
+            touched.fill(PointContact::default());
+        }
+    }
+
+    /// Counts a step of the sheet.
+    pub(crate) fn count_step(&mut self) {
+        self.steps += 1;
+    }
+
+    /// Counts that in this step a body of an object touches these points out of `count`.
+    pub(crate) fn note(&mut self, object: u32, count: usize, points: impl Iterator<Item = usize>) {
+        let slot = match self.touched.iter().position(|(own, _)| *own == object) {
+            Some(slot) => slot,
+            None => {
+                self.touched.push((object, vec![PointContact::default(); count]));
+                self.touched.len() - 1
+            }
+        };
+        for point in points {
+            let contact = &mut self.touched[slot].1[point];
+            if contact.last != self.steps {
+                *contact = PointContact { count: contact.count + 1, last: self.steps };
+            }
+        }
+    }
+
+    /// Share of the steps in which an object touched a point \[1\].
+    fn share(&self, object: u32, point: usize) -> f64 {
+        let of = |(own, touched): &(u32, Vec<PointContact>)| {
+            (*own == object).then(|| f64::from(touched[point].count) / f64::from(self.steps))
+        };
+        self.touched.iter().find_map(of).unwrap_or(0.0)
+    }
 }
 
 impl DiffusionBonds {
@@ -151,7 +211,10 @@ impl DiffusionBonds {
     fn longest(&self, points: &SheetPoints, what: &SheetDiffusion) -> f64 {
         let mut films = vec![what.loss; points.areas.len()];
         for (source, reached) in what.sources.iter().zip(&self.reached) {
-            if let SheetSourceKind::Film(_, by) = source.kind {
+            // What touches may be anywhere in its region.
+            if let SheetSourceKind::Film(_, by) | SheetSourceKind::Contact { film: by, .. } =
+                source.kind
+            {
                 reached.iter().for_each(|&i| films[i as usize] += by);
             }
         }
@@ -167,11 +230,11 @@ impl DiffusionBonds {
     pub(crate) fn advance(
         &self,
         step: DiffusionStep<'_>,
-        theta: &mut Vec<f64>,
+        theta: &mut [f64],
         exposure: &mut [f64],
         next: &mut Vec<f64>,
     ) -> f64 {
-        let DiffusionStep { what, areas, damage, time, dt } = step;
+        let DiffusionStep { what, areas, contacts, damage, time, dt } = step;
         let mut came = 0.0;
         next.clear();
         for i in 0..theta.len() {
@@ -196,6 +259,10 @@ impl DiffusionBonds {
                     SheetSourceKind::Film(towards, by) => {
                         before + dt * by * areas[i] * (towards - theta[i]) / capacity
                     }
+                    SheetSourceKind::Contact { object, towards, film } => {
+                        let by = film * contacts.share(object, i);
+                        before + dt * by * areas[i] * (towards - theta[i]) / capacity
+                    }
                 };
                 // What is beyond saturation runs off.
                 next[i] = next[i].min(what.saturation.max(before));
@@ -205,7 +272,7 @@ impl DiffusionBonds {
         for (i, value) in next.iter().enumerate() {
             exposure[i] += dt * what.exposure * (value - what.start).max(0.0);
         }
-        std::mem::swap(theta, next);
+        theta.copy_from_slice(next);
         came
     }
 
@@ -238,7 +305,9 @@ fn check(what: &SheetDiffusion) -> Result<(), Refusal> {
     let tables = [&what.stiffness, &what.toughness, &what.strength].into_iter().all(|t| rises(t));
     let sound = |source: &SheetSource| match source.kind {
         SheetSourceKind::Held(value) | SheetSourceKind::Flux(value) => value.is_finite(),
-        SheetSourceKind::Film(towards, film) => towards.is_finite() && (0.0..=1e12).contains(&film),
+        SheetSourceKind::Film(towards, film) | SheetSourceKind::Contact { towards, film, .. } => {
+            towards.is_finite() && (0.0..=1e12).contains(&film)
+        }
     };
     if let Some(number) = what.sources.iter().position(|source| !sound(source)) {
         let lack = format!("source {} of a sheet has a number that does not hold", number + 1);

@@ -17,6 +17,7 @@ use cullet_continuum::bytes::held;
 use cullet_geometry::math::scramble;
 use cullet_model::{
     ContinuumBody, ContinuumSetup, MembraneLaw, MembraneMaterial, MembraneSheet, Refusal,
+    SheetDiffusion,
 };
 use std::sync::Arc;
 
@@ -56,7 +57,8 @@ pub struct PreparedMembrane {
     pub(crate) pace: WorkingPace,
     pub(crate) stencils: BendingStencils,
     pub(crate) rows: Arc<SheetRows>,
-    pub(crate) diffusion: Option<DiffusionBonds>,
+    /// What each quantity spreads along.
+    pub(crate) diffusion: Vec<DiffusionBonds>,
     pub(crate) grips: Vec<GrippedPoints>,
     pub(crate) table: BondTable,
     pub(crate) triangles: SheetTriangulation,
@@ -73,7 +75,7 @@ impl PreparedMembrane {
         let points = held(&self.points.places) + held(&self.points.areas);
         let bonds = self.bonds.bytes() + self.stencils.bytes() + self.rows.bytes();
         let grips = self.grips.iter().map(GrippedPoints::bytes).sum::<u64>();
-        let spread = self.diffusion.as_ref().map_or(0, DiffusionBonds::bytes);
+        let spread = self.diffusion.iter().map(DiffusionBonds::bytes).sum::<u64>();
         let drawn = self.triangles.bytes() + held(&self.pairs);
         points + bonds + self.table.bytes() + grips + spread + drawn
     }
@@ -99,10 +101,9 @@ impl PreparedMembrane {
         let work = material.fracture_energy * sheet.thickness;
         let critical = bonds.critical_stretch(&points.areas, work);
         pace.admits(material.law, critical)?;
-        let diffusion = match &sheet.diffusion {
-            Some(what) => Some(DiffusionBonds::new(&points, &bonds, sheet, what)?),
-            None => None,
-        };
+        let quantities = sheet.diffusion.all.iter();
+        let diffusion = quantities.map(|what| DiffusionBonds::new(&points, &bonds, sheet, what));
+        let diffusion = diffusion.collect::<Result<Vec<_>, Refusal>>()?;
         bonds.cut_along(&sheet.notches, &points.places);
         let mut stencils = BendingStencils::new(&bonds, sheet.spacing, sheet.horizon);
         for i in 0..points.places.len() {
@@ -196,10 +197,8 @@ impl PreparedMembrane {
     fn choose_steps(&mut self) -> Result<(), Refusal> {
         let sheet = self.sheet();
         let material = &sheet.material;
-        let stiffest = sheet
-            .diffusion
-            .as_ref()
-            .map_or(1.0, |what| what.stiffness.iter().map(|row| row.1).fold(1.0, f64::max));
+        let most = |what: &SheetDiffusion| what.stiffness.iter().map(|r| r.1).fold(1.0, f64::max);
+        let stiffest: f64 = sheet.diffusion.all.iter().map(most).product();
         let stiffer = match self.dilatation != 0.0 {
             true => (2.0 / (3.0 * (1.0 - material.poisson))).max(1.0),
             false => 1.0,
@@ -223,7 +222,8 @@ impl PreparedMembrane {
             return Err(Refusal::TooLarge { what, value: steps, limit: MOST_STEPS });
         }
         self.substeps = steps.max(1.0) as u32;
-        let cycles = self.diffusion.as_ref().map_or(0.0, |it| self.setup.world_step / it.step);
+        let cycles = self.diffusion.iter().map(|it| self.setup.world_step / it.step);
+        let cycles = cycles.fold(0.0, f64::max);
         if cycles > MOST_CYCLES {
             let what = "the steps of what spreads in a sheet in one of the world";
             return Err(Refusal::TooLarge { what, value: cycles, limit: MOST_CYCLES });

@@ -18,9 +18,9 @@ pub struct SheetState {
     pub places: Vec<Vec3>,
     /// \[m/s\].
     pub velocities: Vec<Vec3>,
-    /// θ of each point; empty where nothing diffuses.
+    /// θ of each point, one quantity after the other; empty where nothing diffuses.
     pub theta: Vec<f64>,
-    /// What each point has been exposed to; likewise.
+    /// What each point has been exposed to, likewise.
     pub exposure: Vec<f64>,
     /// d of each bond.
     pub damage: Vec<f64>,
@@ -52,13 +52,14 @@ impl SheetState {
         let bonds = prepared.bonds.ends.len();
         let flows = if sheet.material.law == MembraneLaw::Foil { bonds } else { 0 };
         let damage = prepared.bonds.cut.iter().map(|&cut| f64::from(u8::from(cut))).collect();
-        let theta = sheet.diffusion.as_ref().map(|what| vec![what.start; count]);
+        let all = sheet.diffusion.all.iter();
+        let theta: Vec<f64> = all.flat_map(|what| std::iter::repeat_n(what.start, count)).collect();
         Self {
             step: 0,
             places,
             velocities,
-            exposure: vec![0.0; theta.as_ref().map_or(0, Vec::len)],
-            theta: theta.unwrap_or_default(),
+            exposure: vec![0.0; theta.len()],
+            theta,
             damage,
             plastic: vec![0.0; flows],
             flowed: vec![0.0; flows],
@@ -73,6 +74,18 @@ impl SheetState {
     pub fn memory(&self, b: usize) -> BondMemory {
         let of = |all: &[f64]| all.get(b).copied().unwrap_or(0.0);
         BondMemory { damage: self.damage[b], plastic: of(&self.plastic), flowed: of(&self.flowed) }
+    }
+
+    /// θ of a quantity at each point.
+    #[must_use]
+    pub fn theta_of(&self, quantity: usize) -> &[f64] {
+        let count = self.places.len();
+        &self.theta[quantity * count..(quantity + 1) * count]
+    }
+
+    /// θ of each quantity at a point.
+    pub fn thetas_at(&self, point: usize) -> impl Iterator<Item = f64> + '_ {
+        self.theta.iter().skip(point).step_by(self.places.len().max(1)).copied()
     }
 
     /// Whether all numbers are numbers.

@@ -12,6 +12,7 @@ mod quantity;
 use crate::base::ClingingBase;
 use crate::bending::BendingStencils;
 use crate::books::SheetBooks;
+use crate::diffusion::ObjectContacts;
 use crate::energies::EnergyInput;
 use crate::forces::ForceInput;
 use crate::grips::GripState;
@@ -76,6 +77,8 @@ pub(crate) struct SheetRun {
     touched: Vec<bool>,
     led: Vec<Vec3>,
     next_theta: Vec<f64>,
+    /// Of each quantity.
+    contacts: Vec<ObjectContacts>,
 }
 
 impl SheetRun {
@@ -93,6 +96,7 @@ impl SheetRun {
             masses: (0..count).map(|i| prepared.dry(i)).collect(),
             books: SheetBooks {
                 grips: vec![Vec3::zeros(); prepared.grips.len()],
+                quantities_in: vec![0.0; prepared.diffusion.len()],
                 ..SheetBooks::default()
             },
             watch: TearWatch::new(&prepared.bonds, &state.damage),
@@ -119,6 +123,7 @@ impl SheetRun {
             touched: vec![false; count],
             led: vec![Vec3::zeros(); prepared.grips.len()],
             next_theta: Vec::new(),
+            contacts: vec![ObjectContacts::default(); prepared.diffusion.len()],
             proxies,
             state,
             prepared,

@@ -70,33 +70,39 @@ impl BondTable {
         StretchLimits::new(self.law, self.strength, factor * self.critical, left)
     }
 
-    /// Works all out anew for θ and the exposure of each point. What bonds remember stays.
+    /// Works all out anew for θ and the exposure of each point, one quantity after the other. What
+    /// bonds remember stays. Shares that quantities leave multiply, and their strains add.
     pub(crate) fn update(
         &mut self,
         bonds: &MembraneBonds,
-        what: &SheetDiffusion,
+        quantities: &[SheetDiffusion],
         theta: &[f64],
         exposure: &[f64],
     ) {
-        for i in 0..theta.len() {
+        let count = bonds.starts.len() - 1;
+        let each = || quantities.iter().enumerate().map(|(k, what)| (k * count, what));
+        for i in 0..count {
             for b in bonds.of(i) {
                 let j = bonds.ends[b] as usize;
-                let mean = 0.5 * (theta[i] + theta[j]);
-                let eaten = libm::exp(-0.5 * (exposure[i] + exposure[j]));
-                let left = LeftShares {
-                    stiffness: share_at(&what.stiffness, mean),
-                    toughness: share_at(&what.toughness, mean) * eaten,
-                    strength: share_at(&what.strength, mean),
-                };
                 let [x, y] = bonds.directions[b];
-                let [along, across] = what.expansion;
-                let swollen = (along * x * x + across * y * y) * (mean - what.start);
+                let (mut left, mut swollen) = (LeftShares::WHOLE, 0.0);
+                for (first, what) in each() {
+                    let (i, j) = (first + i, first + j);
+                    let mean = 0.5 * (theta[i] + theta[j]);
+                    let eaten = libm::exp(-0.5 * (exposure[i] + exposure[j]));
+                    left.stiffness *= share_at(&what.stiffness, mean);
+                    left.toughness *= share_at(&what.toughness, mean) * eaten;
+                    left.strength *= share_at(&what.strength, mean);
+                    let [along, across] = what.expansion;
+                    swollen += (along * x * x + across * y * y) * (mean - what.start);
+                }
                 self.stiffness[b] = bonds.stiffness[b] * left.stiffness;
                 self.rest[b] = 1.0 / (bonds.lengths[b] * (1.0 + swollen));
                 self.limits[b] = self.limit(i, j, left);
             }
             self.sums[i] = self.stiffness[bonds.of(i)].iter().sum();
-            self.softness[i] = share_at(&what.stiffness, theta[i]);
+            let own = each().map(|(first, what)| share_at(&what.stiffness, theta[first + i]));
+            self.softness[i] = own.product();
         }
     }
 }

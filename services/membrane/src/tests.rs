@@ -41,7 +41,7 @@ pub(crate) fn setup() -> ContinuumSetup {
             gusts: [0.0; 2],
             pressure: 0.0,
         },
-        diffusion: None,
+        diffusion: Default::default(),
         foundation: None,
         pace: MembranePace::Real,
     };
@@ -144,4 +144,5 @@ pub(crate) fn harmless(sources: Vec<(SheetRegion, SheetSourceKind)>) -> SheetDif
 mod elastic;
 mod foundations;
 mod motion;
+mod quantities;
 mod tears;

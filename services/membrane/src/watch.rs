@@ -116,19 +116,23 @@ impl BondsNow<'_> {
             .grips
             .iter()
             .position(|grip| grip.holds(self.time) && grip.is_next_to(middle, places, horizon));
-        let front = sheet.diffusion.as_ref().and_then(|what| {
+        let mut quantities = sheet.diffusion.all.iter().enumerate();
+        let front = quantities.find_map(|(number, what)| {
             let front = front(what, self.time)?;
-            let steep = self.steepest(what, ends) > STEEP * self.table.limits[b].critical;
+            let steep = self.steepest(number, ends) > STEEP * self.table.limits[b].critical;
             (steep && front < FRONT * sheet.spacing).then_some(front)
         });
         FirstBreak { grip: grip.map(|k| k + 1), front }
     }
 
-    /// Greatest difference of free strain between two points and their neighbours \[1\].
-    fn steepest(&self, what: &SheetDiffusion, ends: [usize; 2]) -> f64 {
+    /// Greatest difference of free strain by a quantity between two points and their neighbours
+    /// \[1\].
+    fn steepest(&self, quantity: usize, ends: [usize; 2]) -> f64 {
         let bonds = &self.prepared.bonds;
         let near = NEIGHBOURS * self.prepared.sheet().spacing;
-        let swelling = |i: usize| what.swelling(self.state.theta[i]);
+        let what = &self.prepared.sheet().diffusion.all[quantity];
+        let theta = self.state.theta_of(quantity);
+        let swelling = |i: usize| what.swelling(theta[i]);
         let of = |i: usize| {
             let own = bonds.of(i).filter(|&b| bonds.lengths[b] <= near);
             own.map(move |b| (swelling(i) - swelling(bonds.ends[b] as usize)).abs())

@@ -13,7 +13,7 @@ use cullet_continuum::crossings::crossings;
 use cullet_continuum::pieces::torn_pieces;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::STRENGTH_RATIO;
-use cullet_model::sheet_check::MOST_SWELLING;
+use cullet_model::sheet_check::{MOST_SWELLING, greater};
 use cullet_model::{
     Continuum, ContinuumSetup, Failure, Figure, MembraneLaw, MembranePace, MovingSurface, Refusal,
     SurfaceFrame, SweptExtent, TornPiece, Window, WindowLedger, WindowOutcome, WindowProgress,
@@ -26,6 +26,8 @@ const SLICE: usize = 60_000;
 const CLOSED: f64 = 1e-9;
 /// Energy that is there and should not be, over what there is, above which a warning is given.
 const ENERGY_SLACK: f64 = 0.02;
+/// Of the integral of a quantity: θ times its capacity times volume.
+const UNIT: &str = "capacity·θ·m³";
 /// Kinetic over elastic energy of a heavier sheet above which a warning is given.
 const MOST_KINETIC: f64 = 0.05;
 
@@ -44,12 +46,12 @@ pub struct MembraneWindow {
 }
 
 /// What there was as a window began.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct WindowStart {
     kinetic: f64,
     stored: f64,
     momentum: Vec3,
-    quantity: f64,
+    quantities: Vec<f64>,
 }
 
 impl Continuum for MembraneWindow {
@@ -90,7 +92,7 @@ impl Continuum for MembraneWindow {
             kinetic: run.kinetic(),
             stored: run.energies().iter().sum(),
             momentum: momentum(&run),
-            quantity: quantity(&run),
+            quantities: quantities(&run),
         };
         let mut window = Self {
             run,
@@ -144,9 +146,10 @@ fn momentum(run: &SheetRun) -> Vec3 {
     run.masses.iter().zip(&run.state.velocities).map(|(m, v)| v * m[1]).sum()
 }
 
-/// ΣρChAθ of a sheet.
-fn quantity(run: &SheetRun) -> f64 {
-    run.prepared.diffusion.as_ref().map_or(0.0, |bonds| bonds.total(&run.state.theta))
+/// ΣρChAθ of each quantity of a sheet.
+fn quantities(run: &SheetRun) -> Vec<f64> {
+    let all = run.prepared.diffusion.iter().enumerate();
+    all.map(|(k, bonds)| bonds.total(run.state.theta_of(k))).collect()
 }
 
 impl MembraneWindow {
@@ -171,12 +174,15 @@ impl MembraneWindow {
 
     /// That what it has taken up stretches or shrinks it by more than a bond can follow.
     fn swollen(&self) -> Option<Failure> {
-        let what = self.run.prepared.sheet().diffusion.as_ref()?;
-        let beyond = |theta: &&f64| what.swelling(**theta).abs() > MOST_SWELLING;
-        let theta = *self.run.state.theta.iter().find(beyond)?;
-        let strain = what.swelling(theta);
+        let (state, quantities) = (&self.run.state, &self.run.prepared.sheet().diffusion);
+        let strain = |i: usize| greater(quantities.strains(state.thetas_at(i)));
+        let beyond = |i: &usize| strain(*i).abs() > MOST_SWELLING;
+        let count = if quantities.is_empty() { 0 } else { state.places.len() };
+        let point = (0..count).find(beyond)?;
+        let all: Vec<String> = state.thetas_at(point).map(|theta| format!("{theta:.3e}")).collect();
+        let (all, strain) = (all.join(" and "), strain(point));
         let what = format!(
-            "what it takes up, {theta:.3e}, strains it by {strain:.3}; {MOST_SWELLING} is the most"
+            "what it takes up, {all}, strains it by {strain:.3}; {MOST_SWELLING} is the most"
         );
         Some(Failure::Beyond { what, step: self.run.state.step })
     }
@@ -198,9 +204,10 @@ impl MembraneWindow {
             }
         };
         let places = torn.places(&state.places, &slopes);
-        let quantity = match state.theta.is_empty() {
+        let quantities = &prepared.sheet().diffusion;
+        let quantity = match quantities.is_empty() {
             true => Vec::new(),
-            false => torn.quantities(&state.theta),
+            false => torn.quantities(state.theta_of(quantities.shown as usize)),
         };
         let origin = places.iter().sum::<Vec3>() / places.len().max(1) as f64;
         self.frames.push(SurfaceFrame {
@@ -243,6 +250,8 @@ impl MembraneWindow {
             .zip(&run.state.velocities)
             .map(|((m, x), v)| x.cross(v) * m[1])
             .sum();
+        let shown = run.prepared.sheet().diffusion.shown as usize;
+        let of_shown = |all: &[f64]| all.get(shown).copied().unwrap_or(0.0);
         let grew = kinetic + stretching + bending - self.start.kinetic - self.start.stored;
         let spent = sums.broken + sums.plastic + sums.damped;
         let given = sums.air + sums.grips + sums.gravity + sums.bodies + books.quantity_work;
@@ -263,8 +272,8 @@ impl MembraneWindow {
             bodies: sums.bodies,
             quantity_work: books.quantity_work,
             residual: grew + spent - given,
-            quantity: quantity(run),
-            quantity_in: books.quantity_in,
+            quantity: of_shown(&quantities(run)),
+            quantity_in: of_shown(&books.quantities_in),
             torn_area: self.torn_area(),
         }
     }
@@ -280,13 +289,30 @@ impl MembraneWindow {
             let what = format!("momentum is off by {lost:.3e} of {scale:.3e} kg·m/s exchanged");
             return Some(Failure::Beyond { what, step });
         }
-        let lost = ledger.quantity - self.start.quantity - ledger.quantity_in;
-        let scale = ledger.quantity.abs() + self.start.quantity.abs() + ledger.quantity_in.abs();
-        if lost.abs() > CLOSED * scale {
-            let what = format!("what diffuses is off by {lost:.3e} of {scale:.3e}");
-            return Some(Failure::Beyond { what, step });
+        for (k, end) in quantities(&self.run).into_iter().enumerate() {
+            let (start, came) = (self.start.quantities[k], self.run.books.quantities_in[k]);
+            let lost = end - start - came;
+            let scale = end.abs() + start.abs() + came.abs();
+            if lost.abs() > CLOSED * scale {
+                let name = self.run.prepared.sheet().diffusion.name(k);
+                let what = format!("the {name} that diffuses is off by {lost:.3e} of {scale:.3e}");
+                return Some(Failure::Beyond { what, step });
+            }
         }
         None
+    }
+
+    /// What there is of each quantity at the end and what came of it, where there are several: the
+    /// ledger has the one that is shown.
+    fn of_quantities(&self) -> Vec<(String, &'static str, f64)> {
+        let names = &self.run.prepared.sheet().diffusion;
+        let totals = quantities(&self.run);
+        let both = totals.iter().zip(&self.run.books.quantities_in).enumerate();
+        let rows = both.flat_map(|(k, (total, came))| {
+            let name = names.name(k);
+            [(format!("{name}_total"), UNIT, *total), (format!("{name}_in"), UNIT, *came)]
+        });
+        if totals.len() > 1 { rows.collect() } else { Vec::new() }
     }
 
     fn figures(&self, condition: &SheetCondition) -> Vec<Figure> {
@@ -311,6 +337,7 @@ impl MembraneWindow {
         .chain(detectors::figures(&self.run, condition, self.seen))
         .map(|(name, unit, value)| (name.to_owned(), unit, value))
         .collect::<Vec<_>>();
+        figures.extend(self.of_quantities());
         for (k, impulse) in self.run.books.grips.iter().enumerate() {
             for (axis, part) in ["x", "y", "z"].iter().zip(impulse.iter()) {
                 figures.push((format!("grip_{}_force_{axis}", k + 1), "N", part / length));

@@ -52,6 +52,15 @@ impl ContinuumBody {
         }
     }
 
+    /// Whether its windows say of which object of the scene each rigid body is.
+    #[must_use]
+    pub fn asks_for_objects(&self) -> bool {
+        match self {
+            Self::Membrane(sheet) => sheet.diffusion.asks_for_objects(),
+            Self::Soft(_) => false,
+        }
+    }
+
     /// Speed of the fastest of its points at first \[m/s\].
     #[must_use]
     pub fn speed(&self) -> f64 {
@@ -111,6 +120,10 @@ pub struct Window {
 pub struct Proxy {
     /// Its number in the world.
     pub body: u64,
+    /// Number of the object of the scene that it is or came from, where the deforming body asks
+    /// for it. It travels beside the numbers.
+    #[cfg_attr(feature = "wire", serde(skip))]
+    pub object: Option<u32>,
     /// Corners of its convex parts in its own frame, which has its centre of mass as origin \[m\].
     /// They travel beside the numbers.
     #[cfg_attr(feature = "wire", serde(skip))]

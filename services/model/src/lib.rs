@@ -40,8 +40,9 @@ pub use johnson_cook::{DuctileFailure, FlowHistory, JohnsonCook, ThermalSoftenin
 pub use law::Law;
 pub use material::Material;
 pub use membrane::{
-    MembraneLaw, MembraneMaterial, MembranePace, MembraneSheet, SheetAir, SheetDiffusion,
-    SheetGrip, SheetPlace, SheetRegion, SheetSource, SheetSourceKind,
+    FurtherQuantities, MembraneLaw, MembraneMaterial, MembranePace, MembraneSheet, SheetAir,
+    SheetDiffusion, SheetGrip, SheetPlace, SheetQuantities, SheetRegion, SheetSource,
+    SheetSourceKind,
 };
 pub use outcome::{
     Amount, Deformation, Figure, Fragment, Fragmentation, Grain, Report, SolveOutcome, SolvedShares,

@@ -32,8 +32,8 @@ pub struct MembraneSheet {
     pub grips: Vec<SheetGrip>,
     /// The air around it.
     pub air: SheetAir,
-    /// What it takes up, if anything.
-    pub diffusion: Option<SheetDiffusion>,
+    /// What it takes up.
+    pub diffusion: SheetQuantities,
     /// Stiffness by area of a base that pulls each point back to where it is at rest \[Pa/m\].
     pub foundation: Option<f64>,
     /// How fast its waves are allowed to be.
@@ -140,8 +140,100 @@ pub struct SheetAir {
     pub pressure: f64,
 }
 
-/// What a sheet takes up, and what that does to it. θ is what it is measured in: K, or kg of water
-/// by kg of the dry sheet.
+/// The quantities that spread in a sheet. Each has its own θ and spreads by itself; what they do to
+/// the sheet comes together: shares that are left multiply, strains and masses add.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
+// What is beside a first one travels behind the body's numbers: bodies with one keep their digests.
+#[cfg_attr(feature = "wire", serde(from = "FirstQuantity", into = "FirstQuantity"))]
+pub struct SheetQuantities {
+    /// What each is.
+    pub all: Vec<SheetDiffusion>,
+    /// What each is called; [`FIRST_QUANTITY`] where nothing stands here.
+    pub names: Vec<String>,
+    /// Number of the one whose θ frames carry.
+    pub shown: u32,
+}
+
+/// The first of a sheet's quantities, if there is one: what stands among the body's numbers.
+type FirstQuantity = Option<SheetDiffusion>;
+
+/// What a sheet's quantities are beside the first of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
+pub struct FurtherQuantities {
+    /// All but the first.
+    pub all: Vec<SheetDiffusion>,
+    /// What all are called.
+    pub names: Vec<String>,
+    /// Number of the one whose θ frames carry.
+    pub shown: u32,
+}
+
+/// Name of a quantity that was not given one.
+pub const FIRST_QUANTITY: &str = "quantity";
+/// Most quantities that spread in one sheet.
+pub const MOST_QUANTITIES: usize = 4;
+
+impl SheetQuantities {
+    /// Whether nothing spreads.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// What a quantity is called.
+    #[must_use]
+    pub fn name(&self, number: usize) -> &str {
+        self.names.get(number).map_or(FIRST_QUANTITY, String::as_str)
+    }
+
+    /// What there is beside the first, if there is anything.
+    #[must_use]
+    pub fn further(&self) -> Option<FurtherQuantities> {
+        let all = self.all.get(1..).unwrap_or_default().to_vec();
+        let further = FurtherQuantities { all, names: self.names.clone(), shown: self.shown };
+        (further != FurtherQuantities::default()).then_some(further)
+    }
+
+    /// Puts beside the first what there is beside it.
+    pub fn join(&mut self, further: FurtherQuantities) {
+        self.all.truncate(1);
+        self.all.extend(further.all);
+        (self.names, self.shown) = (further.names, further.shown);
+    }
+
+    /// Strain along x and y by all of them, each at its θ \[1\].
+    #[must_use]
+    pub fn strains(&self, theta: impl IntoIterator<Item = f64>) -> [f64; 2] {
+        let own = self.all.iter().zip(theta).map(|(what, theta)| what.strains(theta));
+        own.fold([0.0; 2], |[x, y], [along, across]| [x + along, y + across])
+    }
+
+    /// Whether what a rigid body touches takes one up: windows then say of which object of the
+    /// scene each body is.
+    #[must_use]
+    pub fn asks_for_objects(&self) -> bool {
+        let by_contact =
+            |source: &SheetSource| matches!(source.kind, SheetSourceKind::Contact { .. });
+        self.all.iter().flat_map(|what| &what.sources).any(by_contact)
+    }
+}
+
+impl From<FirstQuantity> for SheetQuantities {
+    fn from(first: FirstQuantity) -> Self {
+        Self { all: first.into_iter().collect(), ..Self::default() }
+    }
+}
+
+impl From<SheetQuantities> for FirstQuantity {
+    fn from(quantities: SheetQuantities) -> Self {
+        quantities.all.into_iter().next()
+    }
+}
+
+/// A quantity that spreads in a sheet, and what that does to it. θ is what it is measured in: K, or
+/// kg of water by kg of the dry sheet.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct SheetDiffusion {
@@ -198,6 +290,15 @@ pub enum SheetSourceKind {
     Flux(f64),
     /// Through a film, towards this θ \[θ\], by area, time and difference \[W/(m²·K)\].
     Film(f64, f64),
+    /// Through a film, where and while a rigid body of an object of the scene touches it.
+    Contact {
+        /// Number of the object in the scene; its fragments count as it does.
+        object: u32,
+        /// θ of the body, which stays as it is.
+        towards: f64,
+        /// By area, time and difference \[W/(m²·K)\].
+        film: f64,
+    },
 }
 
 /// How fast the waves of a sheet are, so that steps are long enough.

@@ -2,7 +2,8 @@
 //! a state that is too large, a pace at which strains would be too large.
 
 use crate::membrane::{
-    MembraneLaw, MembranePace, MembraneSheet, SheetDiffusion, SheetSource, SheetSourceKind,
+    MOST_QUANTITIES, MembraneLaw, MembranePace, MembraneSheet, SheetDiffusion, SheetSource,
+    SheetSourceKind,
 };
 use crate::refusal::Refusal;
 
@@ -24,7 +25,7 @@ const DISCRETE: f64 = 0.9;
 /// Something in a sheet's numbers that does not hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SheetFault {
-    /// The key of a scene that it is at, below the sheet: `pace.softer`, `diffusion.source.0`.
+    /// The key of a scene that it is at, below the sheet: `pace.softer`, `diffusion.0.source.2`.
     pub key: String,
     /// What does not hold, with the bound.
     pub refusal: Refusal,
@@ -52,9 +53,7 @@ impl MembraneSheet {
         if faults.is_empty() {
             self.check_sizes(&mut faults);
             self.check_pace(&mut faults);
-            if let Some(what) = &self.diffusion {
-                self.check_swelling(what, &mut faults);
-            }
+            self.check_quantities(&mut faults);
         }
         faults
     }
@@ -111,7 +110,7 @@ impl MembraneSheet {
     /// Bytes of a state by point: place and velocity, piece, what it has taken up, and for each
     /// bond a mark and what it remembers.
     fn bytes_by_point(&self) -> f64 {
-        let takes_up = if self.diffusion.is_some() { 16.0 } else { 0.0 };
+        let takes_up = 16.0 * self.diffusion.all.len() as f64;
         let memory = if self.material.law == MembraneLaw::Foil { 24.0 } else { 8.0 };
         let bonds = 0.5 * std::f64::consts::PI * self.horizon * self.horizon;
         52.0 + takes_up + bonds * (0.125 + memory)
@@ -150,48 +149,86 @@ impl MembraneSheet {
         }
     }
 
-    /// That nothing that is known to come in swells or shrinks it too much, and that it does not
-    /// begin with more than half its dry mass.
-    fn check_swelling(&self, what: &SheetDiffusion, faults: &mut Vec<SheetFault>) {
-        let mut hold = |key: String, theta: f64| {
-            let value = what.swelling(theta);
-            if value.abs() > MOST_SWELLING {
-                let what = "the strain by what a sheet takes up";
-                let (low, high) = (-MOST_SWELLING, MOST_SWELLING);
-                let refusal = Refusal::OutOfRange { what, value, low, high };
-                faults.push(SheetFault { key, refusal });
-            }
-        };
-        // What is beyond saturation runs off.
-        let most = what.saturation.max(what.start);
-        let held = |source: &SheetSource| match source.kind {
-            SheetSourceKind::Held(value) | SheetSourceKind::Film(value, _) => Some(value.min(most)),
-            SheetSourceKind::Flux(_) => None,
-        };
-        for (number, source) in what.sources.iter().enumerate() {
-            if let Some(theta) = held(source) {
-                hold(format!("diffusion.source.{number}"), theta);
-            }
+    /// That there are not too many quantities, that one of them is shown, and of each what
+    /// [`check_swelling`] holds; that the sheet does not begin with more than half its dry mass of
+    /// them.
+    fn check_quantities(&self, faults: &mut Vec<SheetFault>) {
+        let quantities = &self.diffusion;
+        let count = quantities.all.len();
+        if count > MOST_QUANTITIES {
+            let (what, limit) = ("the quantities that spread in a sheet", MOST_QUANTITIES as f64);
+            let refusal = Refusal::TooLarge { what, value: count as f64, limit };
+            faults.push(fault("diffusion", refusal));
         }
-        if what.loss > 0.0 {
-            hold("diffusion.ambient".to_owned(), what.ambient);
+        let unfit = |lack: &str| Refusal::Unfit { solver: "membrane", lack: lack.to_owned() };
+        if quantities.shown as usize >= count.max(1) {
+            faults.push(fault("diffusion", unfit("the quantity that it shows is not there")));
         }
-        if what.weight * what.start > 0.5 * self.material.density {
-            let (solver, lack) =
-                ("membrane", "at its start it would hold more than half its dry mass");
-            let refusal = Refusal::Unfit { solver, lack: lack.to_owned() };
-            faults.push(fault("diffusion.start", refusal));
+        let mut carried = 0.0;
+        for (number, what) in quantities.all.iter().enumerate() {
+            if (0..number).any(|before| quantities.name(before) == quantities.name(number)) {
+                let refusal = unfit("two quantities that spread in it have the same name");
+                faults.push(fault(&format!("diffusion.{number}.name"), refusal));
+            }
+            check_swelling(what, number, faults);
+            let half = 0.5 * self.material.density;
+            let before = carried;
+            carried += what.weight * what.start;
+            if carried > half && before <= half {
+                let refusal = unfit("at its start it would hold more than half its dry mass");
+                faults.push(fault(&format!("diffusion.{number}.start"), refusal));
+            }
         }
     }
 }
 
+/// That nothing that is known to come in swells or shrinks a sheet too much by itself.
+fn check_swelling(what: &SheetDiffusion, quantity: usize, faults: &mut Vec<SheetFault>) {
+    let mut hold = |key: String, theta: f64| {
+        let value = what.swelling(theta);
+        if value.abs() > MOST_SWELLING {
+            let what = "the strain by what a sheet takes up";
+            let (low, high) = (-MOST_SWELLING, MOST_SWELLING);
+            let refusal = Refusal::OutOfRange { what, value, low, high };
+            faults.push(SheetFault { key, refusal });
+        }
+    };
+    // What is beyond saturation runs off.
+    let most = what.saturation.max(what.start);
+    let held = |source: &SheetSource| match source.kind {
+        SheetSourceKind::Held(value)
+        | SheetSourceKind::Film(value, _)
+        | SheetSourceKind::Contact { towards: value, .. } => Some(value.min(most)),
+        SheetSourceKind::Flux(_) => None,
+    };
+    for (number, source) in what.sources.iter().enumerate() {
+        if let Some(theta) = held(source) {
+            hold(format!("diffusion.{quantity}.source.{number}"), theta);
+        }
+    }
+    if what.loss > 0.0 {
+        hold(format!("diffusion.{quantity}.ambient"), what.ambient);
+    }
+}
+
 impl SheetDiffusion {
+    /// The strain along x and y at a value of θ \[1\].
+    #[must_use]
+    pub fn strains(&self, theta: f64) -> [f64; 2] {
+        self.expansion.map(|by| by * (theta - self.start))
+    }
+
     /// The strain at a value of θ along the direction in which it is greater \[1\].
     #[must_use]
     pub fn swelling(&self, theta: f64) -> f64 {
-        let [along, across] = self.expansion.map(|by| by * (theta - self.start));
-        if along.abs() >= across.abs() { along } else { across }
+        greater(self.strains(theta))
     }
+}
+
+/// The greater of two strains, whatever their signs \[1\].
+#[must_use]
+pub fn greater([along, across]: [f64; 2]) -> f64 {
+    if along.abs() >= across.abs() { along } else { across }
 }
 
 fn fault(key: &str, refusal: Refusal) -> SheetFault {

@@ -94,7 +94,15 @@ impl RunningSheet {
     }
 
     /// The rigid bodies that it may meet in its next window, by rising number.
-    pub(super) fn proxies(&self, world: &World, gravity: f64) -> Vec<Proxy> {
+    ///
+    /// `object` says of which object of the scene one is; a sheet asks only where that matters.
+    pub(super) fn proxies(
+        &self,
+        world: &World,
+        gravity: f64,
+        object: impl Fn(BodyId) -> Option<u32>,
+    ) -> Vec<Proxy> {
+        let asks = self.setup.body.asks_for_objects();
         let SweptExtent { low, high, speed, spacing } = self.extent;
         let time = f64::from(self.window) * self.setup.world_step;
         let own = speed * time + gravity * time * time + MARGIN * spacing;
@@ -119,6 +127,7 @@ impl RunningSheet {
             };
             proxies.push(Proxy {
                 body: u64::from(view.id.0),
+                object: if asks { object(view.id) } else { None },
                 parts: body.parts,
                 friction: (self.friction * body.friction).sqrt(),
                 pose: view.pose,

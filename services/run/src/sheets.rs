@@ -11,7 +11,7 @@ use cullet_proto::ids::digest;
 use cullet_proto::window::MAX_PROXIES;
 use cullet_proto::{JobId, Verdict};
 use cullet_record::{SheetAbout, SolvedWindow};
-use cullet_world::Exchange;
+use cullet_world::{BodyId, Exchange};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -28,6 +28,13 @@ impl SceneRun<'_> {
         }
     }
 
+    /// Number in the scene of the object that a body is, or of which it is a fragment.
+    fn object_number(&self, body: BodyId) -> Option<u32> {
+        let origin = self.origins.get(&body)?;
+        let number = self.scene.bodies.iter().position(|own| own.name == origin.object)?;
+        u32::try_from(number).ok()
+    }
+
     /// Opens the windows that begin with the next step and waits for them. False: asked to stop.
     pub(super) fn open_windows(&mut self) -> Result<bool, RunError> {
         let step = self.world.step_count();
@@ -38,7 +45,8 @@ impl SceneRun<'_> {
             if sheet.open.is_some() {
                 continue;
             }
-            let proxies = sheet.proxies(&self.world, gravity);
+            let object = |body: BodyId| self.object_number(body);
+            let proxies = sheet.proxies(&self.world, gravity, object);
             if proxies.len() > MAX_PROXIES {
                 let (sheet, bodies) = (self.scene.moving[index].name.clone(), proxies.len());
                 return Err(RunError::TooManyNear { sheet, bodies, most: MAX_PROXIES });

@@ -1,3 +1,4 @@
+mod contact;
 mod dent;
 mod resting;
 mod sheets;

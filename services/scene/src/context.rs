@@ -20,6 +20,10 @@ pub struct ResolveContext<'a> {
     pub(super) materials: BTreeMap<String, Arc<SceneMaterial>>,
     /// Names of materials that are wrong themselves: naming them is not a second error.
     pub(super) spoiled_materials: BTreeSet<String>,
+    /// Numbers of the rigid bodies by name; sheets name them.
+    pub(super) objects: BTreeMap<String, u32>,
+    /// Where a sheet names a rigid body that was not made, and its name.
+    pub(super) absent: Vec<(Path, String)>,
     /// What is wrong.
     pub errors: Vec<SceneError>,
     /// What is unusual, a line each.
@@ -39,6 +43,8 @@ impl<'a> ResolveContext<'a> {
             geometries: GeometryCache::default(),
             materials: BTreeMap::new(),
             spoiled_materials: BTreeSet::new(),
+            objects: BTreeMap::new(),
+            absent: Vec::new(),
             errors: Vec::new(),
             warnings: Vec::new(),
             bad: Vec::new(),
@@ -48,6 +54,15 @@ impl<'a> ResolveContext<'a> {
 }
 
 impl ResolveContext<'_> {
+    /// Number of the rigid body that a path names. One that was not made is noted, and has none.
+    pub(super) fn object(&mut self, name: &str, path: &[Step]) -> u32 {
+        let known = self.objects.get(name).copied();
+        known.unwrap_or_else(|| {
+            self.absent.push((path.to_vec(), name.to_owned()));
+            u32::MAX
+        })
+    }
+
     /// Whether an item has none of these keys, as far as can be told: where one of them is wrong,
     /// or one that is not known was meant for it, it is no second error that it is missing.
     pub(super) fn lacks(&self, path: &[Step], keys: &[&str]) -> bool {

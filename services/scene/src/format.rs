@@ -29,8 +29,8 @@ pub use plasticity::{HeatSoftening, Plasticity};
 pub use rotation::Rotation;
 pub use shape::Shape;
 pub use sheet::{
-    Air, Coupling, Diffusion, Grip, GripPlace, SheetBody, SheetInflow, SheetLaw, SheetPatch,
-    WavePace,
+    Air, Coupling, Diffusion, Diffusions, Grip, GripPlace, SheetBody, SheetInflow, SheetLaw,
+    SheetPatch, WavePace,
 };
 pub use show::{Bounds, Expect, RecordingSettings, ShareBounds, View};
 pub use treatment::{GlassTreatment, InterlayerFilm};

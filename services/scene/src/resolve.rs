@@ -190,6 +190,7 @@ impl Builder<'_> {
 
     fn sheets(&mut self) {
         let root = self.context.root;
+        self.context.objects = self.bodies.iter().map(|body| body.name.clone()).zip(0..).collect();
         for (index, node) in root.items("sheet").iter().enumerate() {
             let path: Path = vec!["sheet".into(), index.into()];
             if let Some(taken) = self.context.take::<SheetBody>(node, &path)
@@ -199,6 +200,9 @@ impl Builder<'_> {
                 self.moving.push(sheet);
             }
         }
+        let absent = std::mem::take(&mut self.context.absent);
+        let absent = absent.into_iter().filter(|(_, name)| !self.may_be_unmade(name)).collect();
+        self.context.report_absent(absent, &self.moving);
     }
 
     /// Places a single body, or one of those of a mesh file of several objects.

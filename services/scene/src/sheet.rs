@@ -1,15 +1,18 @@
 //! From a sheet as it is written to one that a window can be opened for.
 
 use super::context::ResolveContext;
-use super::format::{Coupling, Diffusion, Grip, SheetBody, SheetInflow, SheetLaw, SheetPatch};
+use super::format::{
+    Coupling, Diffusion, Diffusions, Grip, SheetBody, SheetInflow, SheetLaw, SheetPatch,
+};
 use super::material::SceneMaterial;
 use super::moving::{DAMPING, LONGEST, SceneMovingBody, WINDOW, air};
-use cullet_document::error::suggest;
-use cullet_document::tree::{Path, join};
+use cullet_document::error::{nearest, suggest};
+use cullet_document::tree::{Node, Path, join};
 use cullet_geometry::{Pose, Vec3};
+use cullet_model::membrane::FIRST_QUANTITY;
 use cullet_model::{
     ContinuumBody, MembraneLaw, MembraneMaterial, MembraneSheet, SheetDiffusion, SheetGrip,
-    SheetPlace, SheetRegion, SheetSource, SheetSourceKind,
+    SheetPlace, SheetQuantities, SheetRegion, SheetSource, SheetSourceKind,
 };
 use std::sync::Arc;
 
@@ -21,6 +24,10 @@ const BENDING_FLOOR: f64 = 0.3;
 const SPACING: f64 = 0.02;
 /// θ that no sheet reaches.
 const UNBOUNDED: f64 = 1e300;
+/// Around every sheet.
+const WHOLE_SHEET: SheetRegion = SheetRegion::Box { low: [-UNBOUNDED; 2], high: [UNBOUNDED; 2] };
+/// Longest name of a quantity \[bytes\].
+const MAX_QUANTITY_NAME: usize = 40;
 
 impl ResolveContext<'_> {
     /// Makes a sheet ready; errors are noted, and `None` means that there were some.
@@ -44,8 +51,7 @@ impl ResolveContext<'_> {
             let path = join(&join(path, "grip"), index);
             grips.extend(self.grip(grip, &path));
         }
-        let diffusion =
-            written.diffusion.as_ref().map(|one| self.diffusion(one, &join(path, "diffusion")));
+        let diffusion = self.quantities(written, path);
         if let Some(notch) = written.notches.iter().position(|notch| notch.len() < 2) {
             self.wrong(&join(&join(path, "notches"), notch), "needs two corners or more");
         }
@@ -62,12 +68,12 @@ impl ResolveContext<'_> {
             velocity: Vec3::from(written.velocity),
             grips,
             air: air(Some(written.air)),
-            diffusion: diffusion.flatten(),
+            diffusion,
             foundation: written.foundation,
             pace,
         };
         if self.errors.len() == before {
-            self.sheet_faults(&sheet, path);
+            self.sheet_faults(&sheet, written, path);
         }
         (self.errors.len() == before).then(|| SceneMovingBody {
             name: written.name.clone().unwrap_or_default(),
@@ -80,13 +86,18 @@ impl ResolveContext<'_> {
     }
 
     /// Notes what cannot hold of a sheet, each at its key.
-    fn sheet_faults(&mut self, sheet: &MembraneSheet, path: &Path) {
+    fn sheet_faults(&mut self, sheet: &MembraneSheet, written: &SheetBody, path: &Path) {
+        let single = matches!(written.diffusion, Some(Diffusions::One(_)));
         for fault in sheet.faults() {
             let step = |at: Path, step: &str| match step.parse::<usize>() {
                 Ok(number) => join(&at, number),
                 Err(_) => join(&at, step),
             };
-            let at = fault.key.split('.').fold(path.clone(), step);
+            let key = match fault.key.strip_prefix("diffusion.0.").filter(|_| single) {
+                Some(own) => format!("diffusion.{own}"),
+                None => fault.key,
+            };
+            let at = key.split('.').fold(path.clone(), step);
             self.wrong(&at, fault.refusal.to_string());
         }
     }
@@ -164,6 +175,46 @@ impl ResolveContext<'_> {
         Some(SheetGrip { region: region?, path: rows, until: grip.until })
     }
 
+    /// The quantities of a sheet, with their names and the one that is shown.
+    fn quantities(&mut self, written: &SheetBody, path: &Path) -> SheetQuantities {
+        let each = written.diffusion.as_ref().map_or_else(Vec::new, Diffusions::each);
+        let mut quantities = SheetQuantities::default();
+        let mut chosen = None;
+        for (number, (below, one)) in (0..).zip(&each) {
+            let path: Path = path.iter().chain(below).cloned().collect();
+            quantities.all.extend(self.diffusion(one, &path));
+            let name = self.quantity_name(one, each.len(), &path);
+            if quantities.names.contains(&name) {
+                let message = format!("a second quantity is called \"{name}\"");
+                self.wrong(&join(&path, "name"), message);
+            }
+            quantities.names.push(name);
+            if one.show == Some(true) && chosen.replace(number).is_some() {
+                self.wrong(&join(&path, "show"), "another quantity of the sheet is shown already");
+            }
+        }
+        let first = each.iter().position(|(_, one)| one.show != Some(false)).unwrap_or(0);
+        quantities.shown = chosen.unwrap_or(first as u32);
+        if quantities.names == [FIRST_QUANTITY] {
+            quantities.names.clear();
+        }
+        quantities
+    }
+
+    fn quantity_name(&mut self, written: &Diffusion, count: usize, path: &Path) -> String {
+        match &written.name {
+            Some(name) if name.trim().is_empty() || name.len() > MAX_QUANTITY_NAME => {
+                let message = format!("a name has 1 to {MAX_QUANTITY_NAME} bytes");
+                self.wrong(&join(path, "name"), message);
+            }
+            None if count > 1 && self.lacks(path, &["name"]) => {
+                self.wrong(path, "`name` is missing: each of several quantities has its own");
+            }
+            _ => {}
+        }
+        written.name.clone().unwrap_or_else(|| FIRST_QUANTITY.to_owned())
+    }
+
     fn diffusion(&mut self, written: &Diffusion, path: &Path) -> Option<SheetDiffusion> {
         let tables = [
             ("stiffness", &written.stiffness),
@@ -205,12 +256,55 @@ impl ResolveContext<'_> {
         })
     }
 
+    /// Notes each rigid body that a sheet names and that is not there; why one that is written was
+    /// not made is an error already.
+    pub(super) fn report_absent(
+        &mut self,
+        absent: Vec<(Path, String)>,
+        moving: &[SceneMovingBody],
+    ) {
+        for (path, name) in absent {
+            let moves = moving.iter().any(|body| body.name == name);
+            let mut written = self.root.items("body").iter();
+            let named = |node: &Node| node.get("name").and_then(Node::text) == Some(&name);
+            if !moves && written.any(named) {
+                continue;
+            }
+            let known = self.objects.keys().map(String::as_str);
+            let help = nearest(&name, known).map(|near| format!("did you mean `{near}`?"));
+            let message = match moves {
+                true => format!("\"{name}\" is no rigid body: it deforms"),
+                false => format!("there is no rigid body \"{name}\""),
+            };
+            self.wrong_with(&path, message, help);
+        }
+    }
+
     fn inflow(&mut self, source: &SheetInflow, path: &Path) -> Option<SheetSource> {
-        let region = self.patch(&source.patch, path);
+        let region = match (&source.patch, &source.body) {
+            (Some(patch), _) => self.patch(patch, path),
+            (None, Some(_)) => Some(WHOLE_SHEET),
+            (None, None) => {
+                if self.lacks(path, &["patch", "body"]) {
+                    self.wrong(path, "`patch` is missing: give it, or a `body` that it comes from");
+                }
+                None
+            }
+        };
+        let object = source.body.as_ref().map(|name| self.object(name, &join(path, "body")));
         let kind = match (source.value, source.flux, source.film, source.towards) {
-            (Some(value), None, None, None) => Some(SheetSourceKind::Held(value)),
-            (None, Some(flux), None, None) => Some(SheetSourceKind::Flux(flux)),
-            (None, None, Some(film), Some(towards)) => Some(SheetSourceKind::Film(towards, film)),
+            (Some(value), None, None, None) if object.is_none() => {
+                Some(SheetSourceKind::Held(value))
+            }
+            (None, Some(flux), None, None) if object.is_none() => Some(SheetSourceKind::Flux(flux)),
+            (None, None, Some(film), Some(towards)) => Some(match object {
+                Some(object) => SheetSourceKind::Contact { object, towards, film },
+                None => SheetSourceKind::Film(towards, film),
+            }),
+            _ if object.is_some() => {
+                self.wrong(path, "takes `film` and `towards` beside `body`, no `value` or `flux`");
+                None
+            }
             _ => {
                 self.wrong(path, "takes `value`, or `flux`, or `film` and `towards`");
                 None

@@ -1,4 +1,4 @@
-use super::{DiffusionBonds, DiffusionStep, share_at};
+use super::{DiffusionBonds, DiffusionStep, ObjectContacts, share_at};
 use crate::bonds::MembraneBonds;
 use crate::outline::SheetOutline;
 use crate::points::{SheetPoints, relaxed};
@@ -48,13 +48,13 @@ fn between(
         sheet.outline = vec![[low, 0.0], [high, 0.0], [high, 1.0], [low, 1.0]];
         sheet.spacing = spacing;
         sheet.notches = notches;
-        sheet.diffusion = Some(what);
+        sheet.diffusion = Some(what).into();
     });
     let ContinuumBody::Membrane(sheet) = setup.body else { unreachable!() };
     let outline = SheetOutline::new(&sheet.outline).unwrap();
     let points = relaxed(&outline, sheet.spacing, 5).unwrap();
     let mut bonds = MembraneBonds::new(&points, &outline, sheet.spacing, 3.015).unwrap();
-    let what = sheet.diffusion.as_ref().unwrap();
+    let what = &sheet.diffusion.all[0];
     let spread = DiffusionBonds::new(&points, &bonds, &sheet, what).unwrap();
     bonds.cut_along(&sheet.notches, &points.places);
     let damage = bonds.cut.iter().map(|&cut| f64::from(u8::from(cut))).collect();
@@ -64,9 +64,11 @@ fn between(
 impl Plate {
     fn advance(&self, theta: &mut Vec<f64>, cycles: u32) -> f64 {
         let (mut exposure, mut next) = (vec![0.0; theta.len()], Vec::new());
+        let contacts = ObjectContacts::default();
         let step = |k: u32| DiffusionStep {
-            what: self.sheet.diffusion.as_ref().unwrap(),
+            what: &self.sheet.diffusion.all[0],
             areas: &self.points.areas,
+            contacts: &contacts,
             damage: &self.damage,
             time: f64::from(k) * self.spread.step,
             dt: self.spread.step,

@@ -81,7 +81,7 @@ pub(super) fn prepared(
             gusts: [0.0; 2],
             pressure: 0.0,
         },
-        diffusion: None,
+        diffusion: Default::default(),
         foundation: None,
         pace: MembranePace::Real,
     };

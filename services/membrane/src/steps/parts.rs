@@ -53,7 +53,7 @@ impl SheetRun {
         let prepared = Arc::clone(&self.prepared);
         let sheet = prepared.sheet();
         // What still spreads may move it again.
-        if air::blows(&sheet.air) || prepared.diffusion.is_some() {
+        if air::blows(&sheet.air) || !prepared.diffusion.is_empty() {
             return;
         }
         let held: Vec<bool> = self.grips.holders.iter().map(|&holder| holder != FREE).collect();

@@ -149,7 +149,8 @@ fn heated(by: f64, clamped: bool) -> SheetRun {
                 until: f64::INFINITY,
                 kind: SheetSourceKind::Held(by),
             }],
-        });
+        })
+        .into();
         if clamped {
             sheet.grips = [
                 ([0.0, 0.0], [0.01, 0.1]),

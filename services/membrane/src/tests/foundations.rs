@@ -45,7 +45,8 @@ fn f54_what_ends_have_taken_up_counts_alike() {
     let setup = with(setup(), |sheet| {
         let rows = vec![(0.0, 1.0), (1.0, 0.3)];
         sheet.diffusion =
-            Some(SheetDiffusion { expansion: [0.02, 0.01], stiffness: rows, ..harmless(vec![]) });
+            Some(SheetDiffusion { expansion: [0.02, 0.01], stiffness: rows, ..harmless(vec![]) })
+                .into();
     });
     let mut run = begun(&setup, |state| {
         for (i, theta) in state.theta.iter_mut().enumerate() {
@@ -136,7 +137,8 @@ fn f56_nothing_is_stressed_at_rest() {
 #[test]
 fn f57_what_spreads_stays_between_its_bounds() {
     let setup = with(setup(), |sheet| {
-        sheet.diffusion = Some(SheetDiffusion { conductivity: [3e-2; 2], ..harmless(vec![]) });
+        sheet.diffusion =
+            Some(SheetDiffusion { conductivity: [3e-2; 2], ..harmless(vec![]) }).into();
         sheet.notches = vec![vec![[0.1, -0.1], [0.1, 0.06]]];
     });
     let random = |i: usize| unit(8, 1, i as u64);
@@ -144,7 +146,7 @@ fn f57_what_spreads_stays_between_its_bounds() {
         let theta = state.theta.iter_mut().enumerate();
         theta.for_each(|(i, theta)| *theta = random(i));
     });
-    let bonds = run.prepared.diffusion.clone().expect("it diffuses");
+    let bonds = run.prepared.diffusion[0].clone();
     let (before, count) = (bonds.total(&run.state.theta), run.state.theta.len());
     let [low, high] = [f64::min, f64::max].map(|pick| (0..count).map(random).fold(0.5, pick));
     for _ in 0..20 * run.prepared.substeps {

@@ -98,6 +98,7 @@ fn cube(mass: f64, speed: f64) -> Proxy {
     let corners = (0..8).map(|k| Vec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
     Proxy {
         body: 4,
+        object: None,
         parts: vec![corners],
         friction: 0.3,
         pose: Pose::translation(0.1, 0.05, 0.017),
@@ -250,7 +251,7 @@ fn what_shrinks_a_sheet_too_much_ends_its_run() {
     let taking = |kind| {
         with(setup(), |sheet| {
             let what = harmless(vec![(everywhere, kind)]);
-            sheet.diffusion = Some(SheetDiffusion { expansion: [-0.1; 2], ..what });
+            sheet.diffusion = Some(SheetDiffusion { expansion: [-0.1; 2], ..what }).into();
         })
     };
     let held = |theta: f64| PreparedMembrane::new(&taking(SheetSourceKind::Held(theta)));

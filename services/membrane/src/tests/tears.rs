@@ -134,7 +134,8 @@ fn f83m_rows_that_part_at_a_sudden_edge_are_told() {
         let setup = with(brittle(), |sheet| {
             let held = SheetSourceKind::Held(to);
             sheet.diffusion =
-                Some(SheetDiffusion { expansion: [1.0; 2], ..harmless(vec![(region, held)]) });
+                Some(SheetDiffusion { expansion: [1.0; 2], ..harmless(vec![(region, held)]) })
+                    .into();
             sheet.grips =
                 vec![grip([0.0, 0.0], [0.01, 0.1], vec![]), grip([0.19, 0.0], [0.2, 0.1], vec![])];
         });
@@ -213,7 +214,8 @@ fn f93m_drying_heals_nothing_and_is_booked() {
             toughness: vec![(0.0, 1.0), (1.0, 0.5)],
             loss: 0.02,
             ..harmless(vec![])
-        });
+        })
+        .into();
         sheet.grips = vec![
             grip([-1.0, 0.0], [0.01, 0.1], vec![]),
             grip([0.19, 0.0], [1.0, 0.1], vec![(0.0, Vec3::new(0.18 * 0.015, 0.0, 0.0))]),

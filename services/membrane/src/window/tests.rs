@@ -40,6 +40,7 @@ fn ball(radius: f64) -> Vec<Vec3> {
 fn striker(height: f64, speed: f64) -> Proxy {
     Proxy {
         body: 7,
+        object: None,
         parts: vec![ball(0.015)],
         friction: 0.3,
         pose: Pose::translation(0.1, 0.05, height),
@@ -254,7 +255,8 @@ fn water_has_weight_and_momentum() {
                 until: 1.0,
                 kind: SheetSourceKind::Flux(0.01),
             }],
-        });
+        })
+        .into();
     });
     setup.gravity = Vec3::new(0.0, 0.0, -9.81);
     let prepared = prepared(&setup);
@@ -315,6 +317,7 @@ fn a_piece_at_rest_is_frozen_until_something_comes() {
     let corner = |k: u32| Vec3::from([0, 1, 2].map(|axis| f64::from(k >> axis & 1) - 0.5));
     let floor = Proxy {
         body: 1,
+        object: None,
         parts: vec![(0..8).map(|k| corner(k).component_mul(&Vec3::new(1.0, 1.0, 0.2))).collect()],
         pose: Pose::translation(0.1, 0.05, -0.1),
         velocity: Vec3::zeros(),

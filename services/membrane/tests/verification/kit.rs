@@ -38,7 +38,7 @@ pub(crate) fn sheet(low: SheetPlace, high: SheetPlace, spacing: f64) -> Membrane
             gusts: [0.0; 2],
             pressure: 0.0,
         },
-        diffusion: None,
+        diffusion: Default::default(),
         foundation: None,
         pace: MembranePace::Real,
     }

@@ -34,7 +34,7 @@ fn spacings(strains: &[f64], scatter: f64, seed: u64) -> (Vec<f64>, f64) {
     let last = strains[strains.len() - 1] * critical;
     let mut drying = quantity(1.0, 1e-9);
     drying.sources = stairs(everywhere, -last, RISE, 300);
-    film.diffusion = Some(drying);
+    film.diffusion = Some(drying).into();
     let prepared = prepare(&setup(film, 1e-3, seed));
     let mut state = SheetState::start(&prepared);
     let mut found = Vec::new();

@@ -24,7 +24,7 @@ fn quenched(strain: f64, rise: f64, seconds: f64, seed: u64) -> Vec<[SheetPlace;
     let mut cold = quantity(1.0, 1e-5);
     let edge = SheetRegion::Box { low: [-1.0, -1.0], high: [1.0, SPACING] };
     cold.sources = stairs(edge, -strain, rise, 60);
-    strip.diffusion = Some(cold);
+    strip.diffusion = Some(cold).into();
     let prepared = prepare(&setup(strip, 0.01, seed));
     let mut state = SheetState::start(&prepared);
     let steps = (seconds / 0.01) as u64;

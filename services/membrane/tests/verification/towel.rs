@@ -89,7 +89,7 @@ fn towel(Towel { wet, law, pace, speed, seed }: Towel) -> ContinuumSetup {
             gusts: [0.0; 2],
             pressure: 0.0,
         },
-        diffusion: wet.then_some(water),
+        diffusion: wet.then_some(water).into(),
         foundation: None,
         pace,
     };

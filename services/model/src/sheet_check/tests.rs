@@ -32,7 +32,7 @@ fn sheet() -> MembraneSheet {
             gusts: [0.0, 1.0],
             pressure: 0.0,
         },
-        diffusion: None,
+        diffusion: Default::default(),
         foundation: None,
         pace: MembranePace::Real,
     }
@@ -93,22 +93,22 @@ fn a_pace_at_which_strains_are_too_large_is_told() {
 #[test]
 fn what_would_swell_too_much_is_told_by_the_number_of_its_source() {
     use SheetSourceKind::{Film, Flux, Held};
-    let told = |sources: Vec<SheetSourceKind>| keys(|s| s.diffusion = Some(water(sources)));
+    let told = |sources: Vec<SheetSourceKind>| keys(|s| s.diffusion = Some(water(sources)).into());
     assert!(told(vec![Held(5.9), Held(-3.9), Film(5.9, 1.0), Flux(1e9)]).is_empty());
-    assert_eq!(told(vec![Held(5.9), Held(6.1)]), ["diffusion.source.1"]);
-    assert_eq!(told(vec![Film(-4.1, 1.0), Held(0.0)]), ["diffusion.source.0"]);
+    assert_eq!(told(vec![Held(5.9), Held(6.1)]), ["diffusion.0.source.1"]);
+    assert_eq!(told(vec![Film(-4.1, 1.0), Held(0.0)]), ["diffusion.0.source.0"]);
     let saturated = |s: &mut MembraneSheet| {
-        s.diffusion = Some(SheetDiffusion { saturation: 3.0, ..water(vec![Held(6.1)]) });
+        s.diffusion = Some(SheetDiffusion { saturation: 3.0, ..water(vec![Held(6.1)]) }).into();
     };
     assert!(keys(saturated).is_empty());
     let dry = |s: &mut MembraneSheet| {
-        s.diffusion = Some(SheetDiffusion { loss: 1.0, ambient: -4.1, ..water(vec![]) });
+        s.diffusion = Some(SheetDiffusion { loss: 1.0, ambient: -4.1, ..water(vec![]) }).into();
     };
-    assert_eq!(keys(dry), ["diffusion.ambient"]);
+    assert_eq!(keys(dry), ["diffusion.0.ambient"]);
     let heavy = |s: &mut MembraneSheet| {
-        s.diffusion = Some(SheetDiffusion { weight: 501.0, ..water(vec![]) });
+        s.diffusion = Some(SheetDiffusion { weight: 501.0, ..water(vec![]) }).into();
     };
-    assert_eq!(keys(heavy), ["diffusion.start"]);
+    assert_eq!(keys(heavy), ["diffusion.0.start"]);
 }
 
 /// The most points give a state of 41 MB; with bonds over six spacings that flow, of 113.

@@ -1,9 +1,14 @@
 //! A thin sheet as it is written: what it is, what holds it, what it takes up.
 
 use super::rotation::Rotation;
+use cullet_document::tree::{Path, join};
 use cullet_document::unit;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use cullet_model::membrane::MOST_QUANTITIES;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt;
 
 /// How the bonds of a sheet stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -140,12 +145,21 @@ impl Default for Air {
     }
 }
 
-/// Where something comes into a sheet: one of `value`, `flux` and `film`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+/// Where something comes into a sheet: one of `value`, `flux` and `film`. It comes into a `patch`
+/// or, through a `film`, from a `body` where that touches the sheet.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SheetInflow {
     /// The part of the sheet that it comes into.
-    pub patch: SheetPatch,
+    #[serde(default)]
+    #[schemars(extend("x-default" = "required without `body`; beside it the whole sheet"))]
+    pub patch: Option<SheetPatch>,
+    /// Name of a rigid body that it comes from, such as a hot iron: where and while that body, or a
+    /// fragment of it, touches the sheet, the quantity passes through `film`. The body keeps
+    /// `towards`, whatever it gives. Of a grid, stack or scatter one body is named: `bricks-0`.
+    #[serde(default)]
+    #[schemars(extend("x-default" = "none"))]
+    pub body: Option<String>,
     /// From when it comes \[s\].
     #[serde(default)]
     #[schemars(
@@ -180,10 +194,18 @@ pub struct SheetInflow {
 
 /// A quantity that spreads in a sheet, such as water by dry mass or temperature in K, and what it
 /// does to it. Tables are rows of the quantity and the share that is left of it there; straight
-/// lines lie between them.
+/// lines lie between them. One quantity is a table, `[sheet.diffusion]`; up to four are a list of
+/// them, `[[sheet.diffusion]]`, each with its own `name`. None acts on another. Shares that several
+/// leave multiply; strains and masses add.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Diffusion {
+    /// Name of the quantity in messages and figures: 1 to 40 bytes, and unique in the sheet.
+    #[schemars(extend("x-default" = "`quantity`, but required in a list of several"))]
+    pub name: Option<String>,
+    /// Whether frames of the recording and pictures show it; of several, one is shown.
+    #[schemars(extend("x-default" = "`true` of the first, if no other has it"))]
+    pub show: Option<bool>,
     /// What a volume takes up for the quantity to grow by 1, by the quantity's own
     /// unit \[1\].
     #[schemars(range(min = 1e-9, max = 1e12))]
@@ -227,6 +249,8 @@ pub struct Diffusion {
 impl Default for Diffusion {
     fn default() -> Self {
         Self {
+            name: None,
+            show: None,
             capacity: 1.0,
             diffusivity: [1e-6; 2],
             expansion: [0.0; 2],
@@ -242,6 +266,58 @@ impl Default for Diffusion {
             source: Vec::new(),
         }
     }
+}
+
+/// The quantities that spread in a sheet, as they are written.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Diffusions {
+    /// A table.
+    One(Box<Diffusion>),
+    /// A list of tables.
+    Some(Vec<Diffusion>),
+}
+
+impl Diffusions {
+    /// Each with the steps of its path below the sheet.
+    pub fn each(&self) -> Vec<(Path, &Diffusion)> {
+        let path: Path = vec!["diffusion".into()];
+        match self {
+            Self::One(one) => vec![(path, &**one)],
+            Self::Some(all) => {
+                all.iter().enumerate().map(|(k, one)| (join(&path, k), one)).collect()
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Diffusions {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OneOrSome;
+        impl<'de> Visitor<'de> for OneOrSome {
+            type Value = Diffusions;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table or a list of tables")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Diffusions, A::Error> {
+                let one = Diffusion::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Diffusions::One(Box::new(one)))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, all: A) -> Result<Diffusions, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(all)).map(Diffusions::Some)
+            }
+        }
+        deserializer.deserialize_any(OneOrSome)
+    }
+}
+
+fn one_or_some(generator: &mut SchemaGenerator) -> Schema {
+    let one = generator.subschema_for::<Diffusion>();
+    let list =
+        json_schema!({ "type": "array", "items": one, "minItems": 1, "maxItems": MOST_QUANTITIES });
+    json_schema!({ "anyOf": [list, one] })
 }
 
 /// A thin sheet that moves, tears, wrinkles, dries and soaks for as long as the run lasts. It lies
@@ -314,9 +390,9 @@ pub struct SheetBody {
     pub grip: Vec<Grip>,
     /// The air around it.
     pub air: Air,
-    /// A quantity that spreads in it.
-    #[schemars(extend("x-default" = "none"))]
-    pub diffusion: Option<Diffusion>,
+    /// A quantity that spreads in it, or a list of up to four of them.
+    #[schemars(schema_with = "one_or_some", extend("x-default" = "none"))]
+    pub diffusion: Option<Diffusions>,
     /// Stiffness by area, in Pa/m, of a base that it clings to: each point is pulled back to where
     /// it is at rest, as mud is by what lies under it \[1\].
     #[schemars(range(min = 0, max = 1e12), extend("x-default" = "none"))]

@@ -18,6 +18,13 @@ fn present(node: &'static Json) -> &'static Json {
     choices.into_iter().find(|choice| choice["type"] != "null").unwrap_or(node)
 }
 
+/// Whether a value may be an item or a list of some.
+fn is_one_or_some(node: &Json) -> bool {
+    let choices = || node["anyOf"].as_array().into_iter().flatten();
+    choices().any(|choice| is(choice, "array"))
+        && choices().any(|choice| choice.get("$ref").is_some())
+}
+
 /// Whether a type names that kind of value.
 fn is(node: &Json, kind: &str) -> bool {
     let kinds = node["type"].as_array().into_iter().flatten();
@@ -94,6 +101,12 @@ impl Key {
         // The keys of a table have their own units.
         let unit = unit.filter(|_| target(self.property).is_none());
         let kind = self.kind_of(present(self.property));
+        let kind = match kind.strip_prefix("list of tables,") {
+            Some(link) if is_one_or_some(self.property) => {
+                format!("table or list of tables,{link}")
+            }
+            _ => kind,
+        };
         unit.map(|unit| format!("{kind} {unit}")).unwrap_or(kind)
     }
 

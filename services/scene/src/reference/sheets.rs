@@ -68,6 +68,32 @@ expansion = [0.01, 0.01]
 stiffness = [[0, 1], [1, 0.4]]
 toughness = [[0, 1], [1, 0.12]]
 source = [{ patch = { centre = [0, 0], radius = "2 cm" }, value = 1 }]
+
+[[body]]
+name = "iron"
+shape = { kind = "box", size = ["10 cm", "20 cm", "2 cm"] }
+position = [0, 0, "5 cm"]
+material = "steel"
+
+[[sheet]]
+name = "damp towel"
+material = "pmma"
+size = ["20 cm", "24 cm"]
+thickness = "1 mm"
+
+[[sheet.diffusion]]
+name = "water"
+diffusivity = [1e-6, 1e-6]
+start = 1
+stiffness = [[0, 1], [1, 0.4]]
+source = [{ body = "iron", film = 2e-4, towards = 0 }]
+
+[[sheet.diffusion]]
+name = "heat"
+show = true
+diffusivity = [1e-7, 1e-7]
+toughness = [[0, 1], [180, 0.7]]
+source = [{ body = "iron", film = 5e-4, towards = 180 }]
 "#;
 
 pub(super) const SHEET_INFLOW: &str = r#"[[sheet]]

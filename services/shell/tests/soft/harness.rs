@@ -66,6 +66,7 @@ pub(crate) fn free_ball(radius: f64, mass: f64, place: Vec3, velocity: Vec3) -> 
     let inertia = Mat3::identity() * (0.4 * mass * radius * radius);
     Proxy {
         body: 5,
+        object: None,
         parts: vec![sphere(radius, Detail { segments: 16, edge: None }).unwrap().vertices],
         friction: 0.3,
         pose: Pose::from_parts(place.into(), Quat::identity()),

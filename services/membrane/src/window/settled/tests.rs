@@ -15,6 +15,7 @@ fn floor() -> Proxy {
     let part = (0..8).map(|k| corner(k).component_mul(&Vec3::new(1.0, 1.0, 0.2))).collect();
     Proxy {
         body: 1,
+        object: None,
         parts: vec![part],
         friction: 0.3,
         pose: Pose::translation(0.1, 0.05, -0.1),
@@ -162,6 +163,7 @@ fn a_window_of_nothing_moves_bodies_alone() {
     let two = &*TWO;
     let ball = Proxy {
         body: 7,
+        object: None,
         pose: Pose::translation(0.05, 0.05, 0.3),
         motion: ProxyMotion::Free { mass: 0.02, inertia: cullet_geometry::Mat3::identity() * 2e-6 },
         ..floor()

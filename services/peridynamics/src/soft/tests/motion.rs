@@ -99,6 +99,7 @@ fn stone(size: f64, place: Vec3, mass: Option<f64>) -> Proxy {
     };
     Proxy {
         body: if mass.is_some() { 2 } else { 1 },
+        object: None,
         parts: vec![corners],
         friction: 0.5,
         pose: Pose::from_parts(place.into(), Quat::identity()),

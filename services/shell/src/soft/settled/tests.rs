@@ -305,6 +305,7 @@ fn a_window_of_nothing_moves_bodies_alone() {
     let cut = CutSheet::two();
     let cube = Proxy {
         body: 7,
+        object: None,
         parts: vec![(0..8).map(cube_corner).collect()],
         friction: 0.3,
         pose: Pose::translation(0.0, 0.0, 0.03),
@@ -337,6 +338,7 @@ fn what_comes_to_where_a_part_lay_wakes_no_other() {
     let beside = |retired| {
         let mover = Proxy {
             body: 3,
+            object: None,
             parts: vec![(0..8).map(cube_corner).collect()],
             friction: 0.3,
             pose: Pose::translation(0.14, 0.0, 0.0),
