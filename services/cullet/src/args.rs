@@ -4,6 +4,7 @@ mod export;
 mod farm;
 mod limit;
 mod picture;
+mod run;
 mod voice;
 mod web;
 
@@ -12,8 +13,9 @@ pub(crate) use farm::DEFAULT_ENDPOINT;
 pub(crate) use farm::{
     ConnectArgs, Doctor, DrainArgs, FetchArgs, OfRun, OfRuns, Ps, RouterArgs, SubmitArgs, What, Who,
 };
-pub(crate) use limit::{Memory, memory};
-pub(crate) use picture::{Preview, StillArgs};
+pub(crate) use limit::{Memory, duration, memory};
+pub(crate) use picture::{CloseArgs, Preview, SheetArgs, StillArgs};
+pub(crate) use run::{Check, OpenJobArgs, RunArgs, SceneArgs};
 pub(crate) use voice::{Log, Voice};
 pub(crate) use web::WebAddress;
 
@@ -100,6 +102,9 @@ pub(crate) enum Command {
     Report(ReportArgs),
     /// Check a scene or a sweep and list its contents, without running it
     Check(Check),
+    /// Write a scene or a sweep as an Open Job Description template, for render farms
+    #[command(name = "openjd")]
+    OpenJob(OpenJobArgs),
     /// List the material presets with the source of each value
     Materials(Materials),
     /// Print the JSON schema of scene files, specimens, scene benchmarks or benchmark suites, the
@@ -231,47 +236,6 @@ pub(crate) struct Bench {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct SceneArgs {
-    /// A scene file, a folder with a scene.toml, or a sweep file
-    pub(crate) scene: PathBuf,
-    /// Override a value of the scene, such as world.duration=2 or body.target.mesh="bunny.obj"
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    pub(crate) set: Vec<String>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct RunArgs {
-    #[command(flatten)]
-    pub(crate) scene: SceneArgs,
-    /// Worker processes [default: cores − 1, at least 1]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub(crate) workers: Option<u16>,
-    /// Threads with which a worker solves a job
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub(crate) threads: u16,
-    /// Memory limit of a job in MiB, or none; a job that exceeds it is ended. auto: the memory of
-    /// the machine or container, less a reserve, divided among the workers
-    #[arg(long, value_name = "MIB", env = "CULLET_MEMORY", default_value = "auto",
-        value_parser = memory)]
-    pub(crate) memory: Memory,
-    /// Folder for run.mcap, summary.json and the previews [default: runs/SCENE-N]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    /// Print the summary to standard output as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// Do not draw the previews
-    #[arg(long)]
-    pub(crate) no_pictures: bool,
-    /// Show the run as a page for a browser on this machine while it goes on
-    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true,
-        default_missing_value = "127.0.0.1:8080", value_parser = WebAddress::parse)]
-    pub(crate) live: Option<WebAddress>,
-    #[command(flatten)]
-    pub(crate) voice: Voice,
-}
-
-#[derive(Debug, Args)]
 pub(crate) struct Coordinator {
     /// Zenoh endpoint to listen on
     #[arg(long, default_value = DEFAULT_ENDPOINT, value_parser = endpoint)]
@@ -383,6 +347,10 @@ pub(crate) struct WorkerArgs {
     #[arg(long, value_name = "MIB", env = "CULLET_MEMORY", default_value = "auto",
         value_parser = memory)]
     pub(crate) memory: Memory,
+    /// Exit with code 0 after this long without a job, such as 90, 90s, 5min or 2h, also if no
+    /// coordinator answers [default: stay]
+    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    pub(crate) exit_when_idle: Option<std::time::Duration>,
     /// Exit when standard input closes, as it does when the parent process ends
     #[arg(long, hide = true)]
     pub(crate) parent_watch: bool,
@@ -415,12 +383,6 @@ pub(crate) struct Recover {
     /// The file to write [default: the recording's name without .partial, or with .recovered.mcap]
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Check {
-    #[command(flatten)]
-    pub(crate) scene: SceneArgs,
 }
 
 #[derive(Debug, Args)]

@@ -31,6 +31,7 @@ pub(crate) fn submit(args: &args::SubmitArgs) -> Result<Exit, CommandError> {
     if args.rest {
         return Err(CommandError::new(Exit::Usage, "--rest is for sweeps, and this is a scene"));
     }
+    args.sheet.fits(None)?;
     let scene = read_scene(&args.scene)?;
     // Said before the run and not after it.
     args.out.as_deref().map_or(Ok(()), refuse_taken)?;
@@ -319,6 +320,7 @@ pub(crate) fn fetch(args: &args::FetchArgs, run: u64) -> Result<Exit, CommandErr
         let text = "--set is for sweeps: it says which of their runs are meant";
         return Err(CommandError::new(Exit::Usage, text));
     }
+    args.sheet.fits(None)?;
     args.out.as_deref().map_or(Ok(()), refuse_fetched)?;
     let client = connect(place)?;
     let info = match args.follow {

@@ -59,6 +59,7 @@ fn needed(command: &Command) -> Option<u64> {
         | Command::Still(_)
         | Command::Export(_)
         | Command::Check(_)
+        | Command::OpenJob(_)
         | Command::Materials(_)
         | Command::Schema(_)
         | Command::New(_)

@@ -86,6 +86,33 @@ pub(crate) fn refuse_taken(folder: &Path) -> Result<(), CommandError> {
     Ok(())
 }
 
+/// What a run or a sweep leaves in its folder.
+const LEFT: [&str; 11] = [
+    "run.mcap",
+    "run.mcap.partial",
+    "summary.json",
+    "preview.png",
+    "preview.gif",
+    "timeline.svg",
+    "timeline.trace.json",
+    "job.bin",
+    "attempts.txt",
+    "table.csv",
+    "sheet.png",
+];
+
+/// Deletes the files of the run in a folder, and no others, so that another run takes its place.
+pub(crate) fn clear(folder: &Path) -> Result<(), CommandError> {
+    for name in LEFT {
+        let path = folder.join(name);
+        match std::fs::remove_file(&path) {
+            Err(error) if path.exists() => return Err(CommandError::file(&path, error)),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// Refuses to write over a file that is read, under whatever name. The file of a run that never
 /// ended has an ending more.
 pub(crate) fn refuse_itself(read: &Path, output: &Path) -> Result<(), CommandError> {

@@ -4,7 +4,7 @@ use crate::exit::{CommandError, Exit, print};
 use crate::folder::{Folder, refuse_itself};
 use crate::shown::{lines, shown};
 use crate::{args, logs};
-use cullet_picture::{Still, StillTime, from_recording};
+use cullet_picture::{Framing, Still, StillTime, framed};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, CommandError> {
@@ -90,7 +90,7 @@ pub(crate) fn preview(args: &args::Preview) -> Result<Exit, CommandError> {
         refuse_itself(&recording, &out.join(picture))?;
     }
     let folder = Folder::at(&out)?;
-    let drawn = from_recording(&recording, &folder.path);
+    let drawn = framed(&recording, &folder.path, &args.close.framing());
     drawn.map(|_| Exit::Done).map_err(|error| {
         folder.forget();
         unreadable(&error, &recording)
@@ -118,7 +118,8 @@ pub(crate) fn still(args: &args::StillArgs) -> Result<Exit, CommandError> {
         (None, true) => StillTime::Last,
         (None, false) => StillTime::Telling,
     };
-    let wanted = Still { time, size: args.size, close: args.close };
+    let framing = args.close.as_deref().map_or(Framing::Whole, Framing::of_close);
+    let wanted = Still { time, size: args.size, framing };
     let time = cullet_picture::still(&recording, &wanted, &file);
     let time = time.map_err(|error| unreadable(&error, &recording))?;
     logs::say(format!("{}: the run at {time:.4} s", file.display()));
@@ -168,6 +169,7 @@ pub(crate) fn unreadable(error: &cullet_record::RecordError, recording: &Path) -
         cullet_record::RecordError::NotMcap { .. }
         | cullet_record::RecordError::Foreign { .. }
         | cullet_record::RecordError::Beyond { .. }
+        | cullet_record::RecordError::NoBody { .. }
         | cullet_record::RecordError::Specimen { .. } => Exit::Usage,
         _ => Exit::File,
     };

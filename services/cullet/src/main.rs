@@ -15,6 +15,7 @@ mod job;
 mod live;
 mod logs;
 mod new;
+mod openjd;
 mod pages;
 mod progress;
 mod report;
@@ -26,7 +27,7 @@ mod sweep;
 mod tls;
 mod workers;
 
-use args::{Cli, Command, Log, Voice, What};
+use args::{Cli, Command, Log, SceneArgs, Voice, What};
 use clap::Parser;
 use cullet::Client;
 use std::io::Write;
@@ -34,14 +35,16 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let json = logs::as_asked();
-    let cli = match Cli::try_parse() {
+    let mut cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return not_understood(&pages::with_tip(error), json),
     };
     if let Some(voice) = cli.command.voice() {
         logs::start(voice);
     }
-    match files::enough(&cli.command).and_then(|()| obey(&cli.command)) {
+    let overridden = cli.command.scene().map_or(Ok(()), SceneArgs::take_set_file);
+    let ready = overridden.and_then(|()| files::enough(&cli.command));
+    match ready.and_then(|()| obey(&cli.command)) {
         Ok(exit) => exit.into(),
         Err(trouble) => {
             logs::error(&trouble);
@@ -112,6 +115,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::CommandError> {
         Command::Report(args) => report::report(args),
         Command::Check(args) if sweep::is_one(&args.scene.scene) => sweep::check(&args.scene),
         Command::Check(args) => run::check(args),
+        Command::OpenJob(args) => openjd::template(args),
         Command::Materials(args) => inspect::materials(args),
         Command::Schema(args) => inspect::schema(args),
         Command::New(args) => new::new(args),

@@ -1,7 +1,7 @@
 //! `cullet run` and `cullet check`.
 
 use crate::exit::{CommandError, Exit, print, refused};
-use crate::folder::Folder;
+use crate::folder::{Folder, clear};
 use crate::live::LivePage;
 use crate::progress::ProgressDisplay;
 use crate::shown::{lines as lines_of, shown};
@@ -9,22 +9,42 @@ use crate::signals::stop_when_told;
 use crate::{args, logs};
 use cullet::{LocalPool, LocalRunError, LocalWorkers, Scene, spare_cores};
 use cullet::{Outcome, RunError, RunOptions};
+use cullet_picture::Framing;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
+    if args.part.only.is_some() || args.part.gather {
+        let path = args.scene.scene.display();
+        let text = format!("{path}: --only and --gather are for sweeps, and it is a scene");
+        return Err(CommandError::new(Exit::Usage, text).at(path));
+    }
+    args.sheet.fits(None)?;
     let scene = read_scene(&args.scene)?;
+    run_scene(&scene, args, (&args.scene.set, args.out.as_deref()))
+}
+
+/// Runs one scene that was read with `set`, into the folder `out`.
+pub(crate) fn run_scene(
+    scene: &Scene,
+    args: &args::RunArgs,
+    (set, out): (&[String], Option<&Path>),
+) -> Result<Exit, CommandError> {
+    let framing = checked_framing(args.close.framing(), scene)?;
     let stop = stop_when_told("the recording is finished first")?;
-    let folder = Folder::of(args.out.as_deref(), &scene.name)?;
+    if args.replace {
+        out.map_or(Ok(()), clear)?;
+    }
+    let folder = Folder::of(out, &scene.name)?;
     let out = &folder.path;
-    let named = std::iter::once((scene.name.clone(), args.scene.set.clone()));
+    let named = std::iter::once((scene.name.clone(), set.to_vec()));
     let mut live =
         LivePage::open(args.live, named, args.voice.quiet).inspect_err(|_| folder.forget())?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let mut progress = ProgressDisplay::new(args.voice.quiet);
     let options = RunOptions { out, stop: &stop };
     live.iter_mut().for_each(|page| page.begin(0, out, &pool));
-    let outcome = pool.run(&scene, &options, &mut |news| {
+    let outcome = pool.run(scene, &options, &mut |news| {
         progress.show(news);
         live.iter_mut().for_each(|page| page.show(news, &pool));
     });
@@ -41,7 +61,10 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
         }
     };
     // A run without its pictures is still a run.
-    let drawn = if args.no_pictures { Ok(()) } else { draw(&outcome.recording, out) };
+    let drawn = match args.no_pictures {
+        true => Ok(()),
+        false => draw(&outcome.recording, out, &framing),
+    };
     if let Err(trouble) = &drawn {
         logs::warn(trouble);
     }
@@ -49,6 +72,18 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let exit = exit_of(&outcome, drawn.is_ok());
     end_page(live.as_mut(), (exit, &outcome.unmet.join("; ")), &pool, (&stop, args));
     Ok(exit)
+}
+
+/// What pictures of a scene show, if it has the body that they are to show.
+pub(crate) fn checked_framing(framing: Framing, scene: &Scene) -> Result<Framing, CommandError> {
+    let Framing::Body(wanted) = &framing else { return Ok(framing) };
+    let rigid = scene.bodies.iter().map(|body| &body.name[..]);
+    let names: Vec<&str> = rigid.chain(scene.moving.iter().map(|body| &body.name[..])).collect();
+    if names.contains(&&wanted[..]) {
+        return Ok(framing);
+    }
+    let text = format!("--close={wanted}: the scene has no such body; it has {}", names.join(", "));
+    Err(CommandError::new(Exit::Usage, text))
 }
 
 /// Shows how the run ended, for a while.
@@ -125,9 +160,9 @@ pub(crate) fn trouble(error: &RunError) -> CommandError {
 }
 
 /// Draws the pictures of a recording into a folder.
-pub(crate) fn draw(recording: &Path, out: &Path) -> Result<(), CommandError> {
+pub(crate) fn draw(recording: &Path, out: &Path, framing: &Framing) -> Result<(), CommandError> {
     let failed = |error| CommandError::new(Exit::File, format!("the run has no picture: {error}"));
-    cullet_picture::from_recording(recording, out).map(|_| ()).map_err(failed)
+    cullet_picture::framed(recording, out, framing).map(|_| ()).map_err(failed)
 }
 
 /// How a run ended; `pictured`: whether its pictures were drawn.

@@ -319,6 +319,7 @@ pub(crate) fn worker(args: &args::WorkerArgs) -> Result<Exit, CommandError> {
         threads: usize::from(args.threads),
         parent_watch: args.parent_watch,
         job: Some(crate::job::command(args.threads, args.memory)?),
+        idle_limit: args.exit_when_idle,
         stop,
         ..WorkerConfig::default()
     };

@@ -2,22 +2,24 @@
 //! table of what came of them.
 
 mod farm;
+mod part;
 
 pub(crate) use farm::{fetch, submit};
 
 use crate::args::{self, SceneArgs};
 use crate::client::print_json;
 use crate::exit::{CommandError, Exit, print};
-use crate::folder::Folder;
+use crate::folder::{Folder, clear};
 use crate::live::LivePage;
 use crate::logs;
-use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
+use crate::run::{checked_framing, draw, exit_of, read_scene, start_pool, trouble};
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
 use cullet::{News, RunOptions, Scene, Summary};
 use cullet_coordinator::sweep::{Sweep, is_sweep};
 use cullet_files::output::write_file;
 use cullet_files::regular;
+use cullet_picture::SheetView;
 use cullet_proto::service::MAX_TICKET;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -65,19 +67,31 @@ struct PreparedSweep {
 
 fn plan(args: &SceneArgs) -> Result<PreparedSweep, CommandError> {
     let named = read(&args.scene)?;
-    let Named { sweep, scene, .. } = &named;
     let mut scenes = Vec::new();
-    for (row, set) in sweep.rows.iter().zip(named.sets(&args.set)) {
-        let told = |t: CommandError| {
-            let text = format!("{}: {t}", sweep.label(row));
-            t.said(text)
-        };
-        scenes.push(read_scene(&SceneArgs { scene: scene.clone(), set }).map_err(told)?);
+    for index in 0..named.sweep.rows.len() {
+        scenes.push(named.scene(index, &args.set)?);
     }
     Ok(PreparedSweep { named, scenes })
 }
 
+/// The name of a sweep, its number of runs and where its scene is; all of its scenes are checked.
+pub(crate) fn measure(args: &SceneArgs) -> Result<(String, usize, PathBuf), CommandError> {
+    let PreparedSweep { named, scenes } = plan(args)?;
+    Ok((named.name, scenes.len(), named.scene))
+}
+
 impl Named {
+    /// The scene of a row, with what is set for all.
+    fn scene(&self, index: usize, more: &[String]) -> Result<Scene, CommandError> {
+        let row = &self.sweep.rows[index];
+        let set = [&self.sweep.overrides(row)[..], more].concat();
+        let args = SceneArgs { scene: self.scene.clone(), set, set_file: None };
+        read_scene(&args).map_err(|trouble| {
+            let text = format!("{}: {trouble}", self.sweep.label(row));
+            trouble.said(text)
+        })
+    }
+
     /// What is set for each run, with what is set for all.
     fn sets(&self, more: &[String]) -> Vec<Vec<String>> {
         let set = |row: &Vec<String>| [&self.sweep.overrides(row)[..], more].concat();
@@ -119,9 +133,26 @@ pub(crate) fn check(args: &SceneArgs) -> Result<Exit, CommandError> {
 
 /// `cullet run SWEEP`: one after another on one pool.
 pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
+    match args.part.only {
+        Some(number) => part::only(args, number),
+        None if args.part.gather => part::gather(args),
+        None => run_all(args),
+    }
+}
+
+fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let stop = &stop_when_told("the recording is finished first")?;
     let PreparedSweep { named, scenes } = plan(&args.scene)?;
     let sweep = &named.sweep;
+    args.sheet.fits(Some(scenes.len()))?;
+    let mut framing = args.close.framing();
+    for scene in &scenes {
+        framing = checked_framing(framing, scene)?;
+    }
+    if let Some(out) = args.out.as_deref().filter(|_| args.replace) {
+        clear(out)?;
+        (1..=scenes.len()).try_for_each(|number| clear(&out.join(number.to_string())))?;
+    }
     let folder = Folder::of(args.out.as_deref(), &named.name)?;
     let sets = named.sets(&args.scene.set);
     let runs = scenes.iter().map(|scene| scene.name.clone()).zip(sets);
@@ -146,7 +177,7 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
         });
         let exit = match &outcome {
             Ok(outcome) => {
-                let drawn = args.no_pictures || draw(&outcome.recording, &out).is_ok();
+                let drawn = args.no_pictures || draw(&outcome.recording, &out, &framing).is_ok();
                 exit_of(outcome, drawn)
             }
             Err(error) => {
@@ -166,18 +197,25 @@ pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
     }
     live.iter().for_each(|page| page.linger(&pool, stop, args.voice.quiet));
     drop((live, pool));
-    finish(sweep, &rows, &folder.path, args.json, args.voice.quiet)
+    let view = SheetView { times: args.sheet.at.clone(), framing };
+    let how = FinishOptions { out: &folder.path, view, json: args.json, quiet: args.voice.quiet };
+    finish(sweep, &rows, &how)
+}
+
+/// What is made of the runs of a sweep.
+struct FinishOptions<'a> {
+    /// The folder for the sheet and the table.
+    out: &'a Path,
+    /// What the sheet shows.
+    view: SheetView,
+    /// Whether the rows are printed.
+    json: bool,
+    quiet: bool,
 }
 
 /// Draws the sheet, writes the table; the worst end is the end of the whole.
-fn finish(
-    sweep: &Sweep,
-    rows: &[SweepRow],
-    out: &Path,
-    json: bool,
-    quiet: bool,
-) -> Result<Exit, CommandError> {
-    let path = out.join(TABLE);
+fn finish(sweep: &Sweep, rows: &[SweepRow], how: &FinishOptions<'_>) -> Result<Exit, CommandError> {
+    let path = how.out.join(TABLE);
     let table = table(sweep, rows)?;
     write_file(&path, table.as_bytes()).map_err(|error| CommandError::file(&path, error))?;
     let labelled = |(row, values): (&SweepRow, &Vec<String>)| {
@@ -185,14 +223,14 @@ fn finish(
         Some((recording, sweep.label(values)))
     };
     let drawn: Vec<_> = rows.iter().zip(&sweep.rows).filter_map(labelled).collect();
-    if let Err(error) = cullet_picture::side_by_side(&drawn, &out.join(SHEET)) {
+    if let Err(error) = cullet_picture::side_by_side(&drawn, &how.view, &how.out.join(SHEET)) {
         logs::warn(format!("the sweep has no sheet: {error}"));
     }
-    if json {
+    if how.json {
         lines(sweep, rows)?;
     }
-    if !quiet {
-        logs::say(out.display());
+    if !how.quiet {
+        logs::say(how.out.display());
     }
     Ok(worst(rows))
 }

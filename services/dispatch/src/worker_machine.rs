@@ -7,7 +7,9 @@
 //! - a result is handed in until there is a receipt, however long the coordinator is away;
 //! - a solve that outlasts the hard limit is killed here, whoever else may have forgotten it;
 //! - a job that nobody wants any more is killed at the next renewal;
-//! - before a solver gets a job, a renewal says so.
+//! - before a solver gets a job, a renewal says so;
+//! - one that is to leave when idle does so once it has had no job for that long, and never with a
+//!   job or a result at hand.
 
 use crate::event::{Digest, Epoch, Job, Millis, Trouble};
 #[cfg(test)]
@@ -179,6 +181,10 @@ pub struct WorkerMachine {
     refused: u32,
     renewal: Millis,
     deadline: Millis,
+    /// Leave after this long without a job.
+    idle_limit: Option<Millis>,
+    /// Since when it has had no job; it counts while it asks for one.
+    idle_since: Millis,
     quit: bool,
     #[cfg(test)]
     pub(crate) mutant: Option<Mutant>,
@@ -195,6 +201,8 @@ impl Default for WorkerMachine {
             refused: 0,
             renewal: 0,
             deadline: 0,
+            idle_limit: None,
+            idle_since: 0,
             quit: false,
             #[cfg(test)]
             mutant: None,
@@ -203,6 +211,12 @@ impl Default for WorkerMachine {
 }
 
 impl WorkerMachine {
+    /// A worker that leaves once it has had no job for `limit` \[ms\].
+    #[must_use]
+    pub fn leaving_when_idle(limit: Millis) -> Self {
+        Self { idle_limit: Some(limit), ..Self::default() }
+    }
+
     /// When it wants to hear [`WorkerInput::Tick`] at the latest.
     #[must_use]
     pub fn wake(&self) -> Option<Millis> {
@@ -211,7 +225,13 @@ impl WorkerMachine {
             State::Handing(_) | State::Returning(_) => Some(self.renewal),
             State::Born | State::Asking | State::Leaving | State::Left => None,
         };
-        busy.into_iter().chain(self.repeat).min()
+        busy.into_iter().chain(self.repeat).chain(self.idle_end()).min()
+    }
+
+    /// When it has been without a job for long enough to leave.
+    fn idle_end(&self) -> Option<Millis> {
+        let asks = self.state == State::Asking;
+        self.idle_limit.filter(|_| asks).map(|limit| self.idle_since.saturating_add(limit))
     }
 
     /// The job at hand.
@@ -236,7 +256,7 @@ impl WorkerMachine {
     pub fn step(&mut self, now: Millis, heard: WorkerInput) -> Vec<WorkerOutput> {
         let mut out = Vec::new();
         match (heard, self.state) {
-            (WorkerInput::Begin, State::Born) => self.next(&mut out),
+            (WorkerInput::Begin, State::Born) => self.free(now, &mut out),
             (WorkerInput::Grant { seq, work }, State::Asking) if seq == self.seq => {
                 self.begin(now, work, &mut out);
             }
@@ -248,7 +268,7 @@ impl WorkerMachine {
                 if epoch == work.epoch =>
             {
                 out.push(WorkerOutput::Kill(epoch));
-                self.next(&mut out);
+                self.free(now, &mut out);
             }
             (WorkerInput::Fetched { epoch }, State::Fetching(work)) if epoch == work.epoch => {
                 self.state = State::Solving(work);
@@ -271,10 +291,10 @@ impl WorkerMachine {
             (WorkerInput::Receipt { epoch, next }, State::Handing(work)) if epoch == work.epoch => {
                 match next.filter(|_| !self.quit) {
                     Some(next) => self.begin(now, next, &mut out),
-                    None => self.next(&mut out),
+                    None => self.free(now, &mut out),
                 }
             }
-            (WorkerInput::Noted, State::Returning(_)) => self.next(&mut out),
+            (WorkerInput::Noted, State::Returning(_)) => self.free(now, &mut out),
             (WorkerInput::Noted, State::Leaving) => self.end(&mut out),
             (WorkerInput::Silence(question), _) if self.asked == Some(question) => {
                 self.unanswered(now, &mut out);
@@ -308,6 +328,12 @@ impl WorkerMachine {
         (self.asked, self.repeat) = (Some(question), None);
         (self.pause, self.refused) = (FIRST_PAUSE, 0);
         out.push(WorkerOutput::Ask(question));
+    }
+
+    /// Has no job any more, or none yet.
+    fn free(&mut self, now: Millis, out: &mut Vec<WorkerOutput>) {
+        self.idle_since = now;
+        self.next(out);
     }
 
     /// Asks for work, or leaves if it is to stop.
@@ -368,7 +394,7 @@ impl WorkerMachine {
         if self.mutant == Some(Mutant::ResultForgotten)
             && let State::Handing(_) = self.state
         {
-            return self.next(out);
+            return self.free(now, out);
         }
         self.repeat = Some(now + self.pause);
         self.pause = (self.pause * 2).min(LAST_PAUSE);
@@ -380,13 +406,18 @@ impl WorkerMachine {
         if self.quit || (self.refused >= MAX_REFUSALS && !poll) {
             return match self.state {
                 State::Leaving => self.end(out),
-                _ => self.next(out),
+                State::Asking => self.next(out),
+                _ => self.free(now, out),
             };
         }
         self.repeat = Some(now + LAST_PAUSE);
     }
 
     fn tick(&mut self, now: Millis, out: &mut Vec<WorkerOutput>) {
+        if self.idle_end().is_some_and(|end| end <= now) {
+            self.quit = true;
+            return self.leave(out);
+        }
         if let (Some(at), Some(question)) = (self.repeat, self.asked)
             && at <= now
         {

@@ -93,22 +93,32 @@ pub(super) fn focus(track: &Track, meta: &BTreeMap<String, String>, size: (usize
     Focus { camera, target, reach, floor }
 }
 
-/// The same view from where what breaks fills the picture at a moment.
-pub(super) fn close(track: &Track, focus: &Focus, time: f64, size: (usize, usize)) -> Focus {
-    let heroes = heroes(track);
+/// The same view from where what breaks, or the body of that name, fills the picture at a moment.
+pub(super) fn close(
+    track: &Track,
+    focus: &Focus,
+    body: Option<&str>,
+    (time, size): (f64, (usize, usize)),
+) -> Focus {
+    let heroes = body.map_or_else(|| heroes(track), |name| BTreeSet::from([name]));
     let present = track.present(time).filter(|(_, actor, _)| {
-        heroes.contains(actor.object.as_str()) && !actor.fixed && !actor.is_grain()
+        let stands = actor.fixed && body.is_none();
+        heroes.contains(actor.object.as_str()) && !stands && !actor.is_grain()
     });
     let corners: Vec<Vec3> = present.flat_map(|(_, a, pose)| a.corners(pose)).collect();
     let mut points = gathered(&corners, CLOSE_OUTLIERS);
-    points.extend(sheet_points(track, &[time]));
-    let (low, high) = extent(&points);
+    points.extend(sheet_points(track, &[time], body));
+    on(&points, (track, focus), size)
+}
+
+/// The same view from where these points fill the picture; without any, as it is.
+pub(super) fn on(points: &[Vec3], (track, focus): (&Track, &Focus), size: (usize, usize)) -> Focus {
     if points.is_empty() {
         return *focus;
     }
-    let camera = Camera::fit(&points, focus.camera.forward, track.up, size);
+    let (low, high) = extent(points);
     Focus {
-        camera,
+        camera: Camera::fit(points, focus.camera.forward, track.up, size),
         target: (low + high) / 2.0,
         reach: ((high - low).norm() / 2.0).max(1e-3),
         ..*focus
@@ -129,7 +139,7 @@ fn action(track: &Track) -> Vec<Vec3> {
         }
     }
     whole.extend(gathered(&debris, OUTLIERS));
-    whole.extend(sheet_points(track, &moments));
+    whole.extend(sheet_points(track, &moments, None));
     let (low, high) = extent(&whole);
     let (middle, size) = ((low + high) / 2.0, (high - low).norm());
     for (_, actor, pose) in track.present(moments[1]) {
@@ -144,10 +154,12 @@ fn action(track: &Track) -> Vec<Vec3> {
     whole
 }
 
-/// Places of the points of sheets at these times, without those of pieces that flew far.
-fn sheet_points(track: &Track, times: &[f64]) -> Vec<Vec3> {
+/// Places of the points of sheets, or of the one of that name, at these times, without those of
+/// pieces that flew far.
+pub(super) fn sheet_points(track: &Track, times: &[f64], name: Option<&str>) -> Vec<Vec3> {
     let there = times.iter().flat_map(|&time| track.sheets_at(time));
-    let all: Vec<Vec3> = there.flat_map(|(.., at)| at.places().to_vec()).collect();
+    let wanted = there.filter(|(_, sheet, _)| name.is_none_or(|name| sheet.name == name));
+    let all: Vec<Vec3> = wanted.flat_map(|(.., at)| at.places().to_vec()).collect();
     gathered(&all, CLOSE_OUTLIERS)
 }
 

@@ -3,6 +3,9 @@
 
 mod camera;
 mod change;
+mod close;
+#[cfg(test)]
+mod close_tests;
 mod corners;
 mod direct;
 mod exhibit;
@@ -39,6 +42,8 @@ const SIZE: (usize, usize) = (480, 320);
 const COLUMNS: usize = 4;
 /// Pixels between moments.
 const GAP: usize = 6;
+/// Behind the pictures of a sheet, and in the place of one that is not there.
+const BEHIND: [u8; 3] = [28, 30, 34];
 /// Frames a second.
 const FPS: f64 = 12.5;
 /// Longest film \[s\]; a longer run plays faster.
@@ -57,12 +62,56 @@ pub struct Pictures {
     pub film: PathBuf,
 }
 
+/// What fills the pictures of a run.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Framing {
+    /// What the scene's view names, or else all that breaks, as far as it flies.
+    #[default]
+    Whole,
+    /// The first body that is struck and breaks, and its pieces until a second later. In a still:
+    /// what breaks, as it is at that moment.
+    Struck,
+    /// The same of the body of this name.
+    Body(String),
+}
+
+impl Framing {
+    /// A close view of a body, or without a name of what is struck.
+    #[must_use]
+    pub fn of_close(name: &str) -> Self {
+        if name.is_empty() { Self::Struck } else { Self::Body(name.to_owned()) }
+    }
+}
+
 /// Draws `preview.png` and `preview.gif` of a recording into a folder.
 ///
 /// # Errors
 /// The recording cannot be read or a picture not written; the other one is written all the same.
 pub fn from_recording(recording: &Path, folder: &Path) -> Result<Pictures, RecordError> {
-    draw(&Recording::open(recording)?, folder, SIZE)
+    framed(recording, folder, &Framing::Whole)
+}
+
+/// The same, with what is wanted in the middle.
+///
+/// # Errors
+/// As [`from_recording`], and the run has no body of the name that is wanted.
+pub fn framed(recording: &Path, folder: &Path, framing: &Framing) -> Result<Pictures, RecordError> {
+    draw(&Recording::open(recording)?, folder, (framing, SIZE))
+}
+
+/// Where the pictures of a run are taken from.
+fn focus(
+    track: &Track,
+    recording: &Recording,
+    (framing, size): (&Framing, (usize, usize)),
+) -> Result<Focus, RecordError> {
+    let focus = direct::focus(track, &recording.meta, size);
+    let body = match framing {
+        Framing::Whole => return Ok(focus),
+        Framing::Struck => None,
+        Framing::Body(name) => Some(close::checked(track, name, &recording.path)?),
+    };
+    Ok(close::focus(track, &focus, body, size))
 }
 
 /// Draws only the contact sheet, into a file.
@@ -79,11 +128,11 @@ pub fn sheet(recording: &Path, file: &Path) -> Result<(), RecordError> {
 fn draw(
     recording: &Recording,
     folder: &Path,
-    size: (usize, usize),
+    (framing, size): (&Framing, (usize, usize)),
 ) -> Result<Pictures, RecordError> {
     let track = Track::of(recording);
     let pictures = Pictures { sheet: folder.join("preview.png"), film: folder.join("preview.gif") };
-    let focus = direct::focus(&track, &recording.meta, size);
+    let focus = focus(&track, recording, (framing, size))?;
     let moments = direct::moments(&track);
     let sheet = contact_sheet(&draw_all(&track, &focus, &moments, size, 2)).save(&pictures.sheet);
     let frames = draw_all(&track, &focus, &film_times(&track), size, 1);
@@ -110,15 +159,14 @@ pub struct Still {
     pub time: StillTime,
     /// Pixels across and down.
     pub size: (usize, usize),
-    /// Whether what breaks fills the picture, as it is at that moment, in place of the view of the
-    /// other pictures.
-    pub close: bool,
+    /// What fills the picture: a body, or what breaks, is seen as it is at that moment.
+    pub framing: Framing,
 }
 
 /// Draws a still of a recording into a file; hands back the moment that it shows \[s\].
 ///
 /// # Errors
-/// The recording cannot be read, it has no such moment, or the picture is not written.
+/// The recording cannot be read, it has no such moment or body, or the picture is not written.
 pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, RecordError> {
     let recording = Recording::open(recording)?;
     let track = Track::of(&recording);
@@ -133,8 +181,12 @@ pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, Recor
         StillTime::Telling => moment::shown(&track).clamp(0.0, track.end),
         StillTime::Last => track.end,
     };
-    if wanted.close {
-        focus = direct::close(&track, &focus, time, wanted.size);
+    let body = match &wanted.framing {
+        Framing::Body(name) => Some(close::checked(&track, name, &recording.path)?),
+        Framing::Whole | Framing::Struck => None,
+    };
+    if wanted.framing != Framing::Whole {
+        focus = direct::close(&track, &focus, body, (time, wanted.size));
     }
     let mut picture = Reel::fine(&track, &focus, wanted.size).draw(time);
     picture.caption(&caption(&track, time), wanted.size.0.div_ceil(SIZE.0).min(4));
@@ -142,34 +194,68 @@ pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, Recor
     Ok(time)
 }
 
-/// Draws each of several recordings at the moment that a still of it shows, with its caption, side
-/// by side into a file: at their ends what broke may have flown out of all pictures.
+/// What the contact sheet of several runs shows of each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SheetView {
+    /// When \[s\]: a run has a row, and each of these a column. Without any each run is there once,
+    /// at the moment that a still of it shows.
+    pub times: Vec<f64>,
+    /// What fills the pictures.
+    pub framing: Framing,
+}
+
+/// Draws several recordings side by side into a file, with their captions. A run that ends before
+/// one of the times has an empty place there.
 ///
 /// # Errors
-/// A recording cannot be read or the picture not written.
-pub fn side_by_side(runs: &[(PathBuf, String)], file: &Path) -> Result<(), RecordError> {
-    let one = |(recording, text): &(PathBuf, String)| {
+/// A recording cannot be read, it has no body of the name that is wanted, or the picture is not
+/// written.
+pub fn side_by_side(
+    runs: &[(PathBuf, String)],
+    view: &SheetView,
+    file: &Path,
+) -> Result<(), RecordError> {
+    let mut pictures = Vec::new();
+    for (recording, text) in runs {
         let recording = Recording::open(recording)?;
         let track = Track::of(&recording);
-        let focus = direct::focus(&track, &recording.meta, SIZE);
-        let time = moment::shown(&track);
-        let mut picture = Reel::new(&track, &focus, SIZE).draw(time);
-        picture.caption(&format!("{text}  {}", caption(&track, time)), 1);
-        Ok(picture)
-    };
-    let pictures: Result<Vec<Picture>, RecordError> = runs.iter().map(one).collect();
-    contact_sheet(&pictures?).save(file)
+        let focus = focus(&track, &recording, (&view.framing, SIZE))?;
+        let mut reel = Reel::new(&track, &focus, SIZE);
+        let mut place = |time: f64| {
+            if time > track.end + track.step {
+                let mut picture = Picture::filled(SIZE.0, SIZE.1, BEHIND);
+                picture.caption(&format!("{text}  ends at {:.3} s", track.end), 1);
+                return picture;
+            }
+            let time = time.clamp(0.0, track.end);
+            let mut picture = reel.draw(time);
+            picture.caption(&format!("{text}  {}", caption(&track, time)), 1);
+            picture
+        };
+        // At their ends what broke may have flown out of all pictures.
+        match &view.times[..] {
+            [] => pictures.push(place(moment::shown(&track))),
+            times => pictures.extend(times.iter().map(|&time| place(time))),
+        }
+    }
+    let columns = if view.times.is_empty() { COLUMNS } else { view.times.len() };
+    sheet_of(&pictures, columns).save(file)
 }
 
 /// Puts pictures of one size side by side, at most four in a row.
 #[must_use]
 pub fn contact_sheet(pictures: &[Picture]) -> Picture {
+    sheet_of(pictures, COLUMNS)
+}
+
+/// The same, with so many in a row.
+fn sheet_of(pictures: &[Picture], columns: usize) -> Picture {
     let (width, height) = pictures.first().map_or(SIZE, |p| (p.width, p.height));
-    let rows = pictures.len().div_ceil(COLUMNS).max(1);
-    let across = pictures.len().clamp(1, COLUMNS) * (width + GAP) + GAP;
-    let mut sheet = Picture::filled(across, rows * (height + GAP) + GAP, [28, 30, 34]);
+    let rows = pictures.len().div_ceil(columns).max(1);
+    let across = pictures.len().clamp(1, columns) * (width + GAP) + GAP;
+    let mut sheet = Picture::filled(across, rows * (height + GAP) + GAP, BEHIND);
     for (k, picture) in pictures.iter().enumerate() {
-        let (column, row) = (k % COLUMNS, k / COLUMNS);
+        let (column, row) = (k % columns, k / columns);
         sheet.paste(picture, GAP + column * (width + GAP), GAP + row * (height + GAP));
     }
     sheet

@@ -153,7 +153,7 @@ fn the_view_takes_it_in() {
     let track = Track::of(&recorded(dir.path()));
     let none = std::collections::BTreeMap::new();
     let focus = direct::focus(&track, &none, SMALL);
-    for focus in [focus, direct::close(&track, &focus, 0.4, SMALL)] {
+    for focus in [focus, direct::close(&track, &focus, None, (0.4, SMALL))] {
         let (.., at) = track.sheets_at(0.4).next().expect("is there");
         let inside = at.places().iter().filter(|place| {
             let seen = focus.camera.project(focus.camera.local(**place));
@@ -255,5 +255,5 @@ fn a_frame_that_is_damaged_is_left_out() {
     assert!((0..found.len()).all(|k| off(k) < 1e-9), "its neighbours lead across it");
     recording.surfaces.clear();
     assert!(Track::of(&recording).sheets.is_empty());
-    draw(&recording, dir.path(), SMALL).expect("draws what is left");
+    draw(&recording, dir.path(), (&Framing::Whole, SMALL)).expect("draws what is left");
 }

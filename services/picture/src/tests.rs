@@ -8,14 +8,15 @@ use cullet_record::{palette, synthetic};
 /// Small pictures: the tests ask what is in them, not how they look.
 const SMALL: (usize, usize) = (120, 80);
 
-fn recorded(dir: &Path) -> Recording {
+pub(super) fn recorded(dir: &Path) -> Recording {
     let path = dir.join("run.mcap");
     synthetic::run(&path, &synthetic::meta()).expect("records");
     Recording::open(&path).expect("opens")
 }
 
 fn pictures(dir: &Path) -> (Vec<u8>, Vec<u8>) {
-    let Pictures { sheet, film } = draw(&recorded(dir), dir, SMALL).expect("draws");
+    let Pictures { sheet, film } =
+        draw(&recorded(dir), dir, (&Framing::Whole, SMALL)).expect("draws");
     (std::fs::read(sheet).expect("reads"), std::fs::read(film).expect("reads"))
 }
 
@@ -37,7 +38,7 @@ fn recordings_side_by_side_are_shown_soon_after_they_break() {
     let dir = tempfile::tempdir().expect("folder");
     let (recording, file) = (recorded(dir.path()), dir.path().join("sheet.png"));
     let one = (dir.path().join("run.mcap"), "seed=1".to_owned());
-    side_by_side(&[one.clone(), one], &file).expect("draws");
+    side_by_side(&[one.clone(), one], &SheetView::default(), &file).expect("draws");
     let track = Track::of(&recording);
     let time = moment::shown(&track);
     assert!(time < track.end, "{time}");
@@ -142,7 +143,7 @@ fn a_still_is_a_picture_of_its_size() {
     let dir = tempfile::tempdir().expect("folder");
     let recording = recorded(dir.path());
     let file = dir.path().join("still.png");
-    let wanted = Still { time: StillTime::Telling, size: (192, 108), close: false };
+    let wanted = Still { time: StillTime::Telling, size: (192, 108), framing: Framing::Whole };
     let time = still(&recording.path, &wanted, &file).expect("draws");
     assert!(time > 0.4, "after the break: {time}");
     let bytes = std::fs::read(&file).expect("reads");
@@ -158,7 +159,7 @@ fn a_still_is_a_picture_of_its_size() {
     assert_ne!(std::fs::read(&file).expect("reads"), bytes);
     let track = Track::of(&recording);
     let focus = direct::focus(&track, &recording.meta, SMALL);
-    let near = direct::close(&track, &focus, time, SMALL);
+    let near = direct::close(&track, &focus, None, (time, SMALL));
     assert!(near.reach < focus.reach, "{} of {}", near.reach, focus.reach);
     assert!((near.camera.forward - focus.camera.forward).norm() < 1e-12);
 }
@@ -305,7 +306,8 @@ fn a_recording_without_anything_still_gives_pictures() {
     let path = dir.path().join("run.mcap");
     let recorder = cullet_record::Recorder::create(&path, &synthetic::meta()).expect("begins");
     recorder.finish(0, 0.0).expect("finishes");
-    draw(&Recording::open(&path).expect("opens"), dir.path(), SMALL).expect("draws");
+    draw(&Recording::open(&path).expect("opens"), dir.path(), (&Framing::Whole, SMALL))
+        .expect("draws");
 }
 
 #[test]

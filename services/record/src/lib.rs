@@ -171,6 +171,16 @@ pub enum RecordError {
         /// Its last one \[s\].
         end: f64,
     },
+    /// The run that it holds has no such body.
+    #[error("{path}: no body is called {name:?}; there are {known}")]
+    NoBody {
+        /// The file concerned.
+        path: PathBuf,
+        /// What was asked for.
+        name: String,
+        /// Names of the bodies that its scene had, with commas between them.
+        known: String,
+    },
     /// It holds the points of a specimen, and no run.
     #[error(
         "{path} holds the points of a specimen, for a viewer: there is no run in it; \

@@ -93,6 +93,9 @@ pub struct WorkerConfig {
     pub rules: Rules,
     /// The name in the certificate that it shows.
     pub certificate: Option<String>,
+    /// Return from [`run`] after this long without a job, also where no coordinator answers;
+    /// `None`: stay.
+    pub idle_limit: Option<Duration>,
     /// Set to make [`run`] return: the job at hand is given back.
     pub stop: Arc<AtomicBool>,
 }
@@ -113,6 +116,7 @@ impl Default for WorkerConfig {
             patience: Patience::production(),
             rules: Rules::new(),
             certificate: None,
+            idle_limit: None,
             stop: Arc::default(),
         }
     }
@@ -126,8 +130,9 @@ impl WorkerConfig {
     }
 }
 
-/// Works for a coordinator with the families of `cullet-fracture` until asked to stop or drained.
-/// A coordinator that is not there yet, or is gone for a while, is waited for.
+/// Works for a coordinator with the families of `cullet-fracture` until asked to stop, drained, or
+/// idle for as long as it may be. A coordinator that is not there yet, or is gone for a while, is
+/// waited for.
 ///
 /// # Errors
 /// What keeps it from starting. Nothing that happens later ends it.

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::qos::{CongestionControl, Priority};
@@ -74,6 +74,32 @@ fn first_open(turns: &[zenoh::Config], stop: &AtomicBool) -> Result<zenoh::Sessi
     Err(last)
 }
 
+/// Waits for the coordinator; nothing if it is to stop before, or has waited for as long as it may
+/// be idle.
+fn first_within(
+    config: &WorkerConfig,
+    turns: Vec<zenoh::Config>,
+) -> Option<Result<zenoh::Session, String>> {
+    // A thread that still waits ends with the process.
+    let (send, opened) = channel();
+    let stop = Arc::clone(&config.stop);
+    std::thread::spawn(move || send.send(first_open(&turns, &stop)));
+    let since = Instant::now();
+    loop {
+        match opened.recv_timeout(LOOK) {
+            Ok(link) => return Some(link),
+            Err(RecvTimeoutError::Disconnected) => return Some(Err("it broke off".to_owned())),
+            Err(RecvTimeoutError::Timeout) if config.stop.load(Ordering::Relaxed) => return None,
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+        if config.idle_limit.is_some_and(|limit| since.elapsed() >= limit) {
+            let (place, seconds) = (config.connect.join(", "), since.elapsed().as_secs_f64());
+            tracing::warn!(seconds, "no coordinator at {place} for so long: leaving");
+            return None;
+        }
+    }
+}
+
 /// An open link to the coordinator, with the worker's liveliness token.
 pub(crate) struct CoordinatorLink {
     link: zenoh::Session,
@@ -86,7 +112,8 @@ pub(crate) struct CoordinatorLink {
 }
 
 impl CoordinatorLink {
-    /// Opens the link, for as long as it takes; nothing if it is to stop before.
+    /// Opens the link, for as long as it takes; nothing if it is to stop before, or has waited for
+    /// as long as it may be idle.
     pub(crate) fn open(
         config: &WorkerConfig,
         session: SessionId,
@@ -101,17 +128,9 @@ impl CoordinatorLink {
             text: transport::plain(&text),
         };
         let turns = turns(config).map_err(failed)?;
-        // Opening waits for the coordinator; a thread that still does so ends with the process.
-        let (send, opened) = channel();
-        let stop = Arc::clone(&config.stop);
-        std::thread::spawn(move || send.send(first_open(&turns, &stop)));
-        let link = loop {
-            match opened.recv_timeout(LOOK) {
-                Ok(link) => break link.map_err(failed)?,
-                Err(RecvTimeoutError::Timeout) if !config.stop.load(Ordering::Relaxed) => {}
-                Err(RecvTimeoutError::Timeout) => return Ok(None),
-                Err(RecvTimeoutError::Disconnected) => return Err(failed("it broke off".into())),
-            }
+        let link = match first_within(config, turns) {
+            Some(opened) => opened.map_err(failed)?,
+            None => return Ok(None),
         };
         let key = keys::worker_live(&coordinator, &worker, session);
         let alive = link.liveliness().declare_token(key).wait();

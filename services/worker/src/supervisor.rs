@@ -62,6 +62,8 @@ pub(crate) struct Supervisor {
     solver: SolverThread,
     /// Whether the process that started this one has gone or let it go.
     orphaned: Arc<AtomicBool>,
+    /// Set when it leaves: no answer to a question for work is waited for then.
+    leaving: Arc<AtomicBool>,
 }
 
 /// What the threads of a worker are asked to do; they end when it is dropped.
@@ -119,6 +121,8 @@ impl Supervisor {
         solve: SolveFn,
         orphaned: Arc<AtomicBool>,
     ) -> Result<Option<Self>, WorkerError> {
+        let limit = config.idle_limit.map(|limit| limit.as_millis() as Millis);
+        let machine = limit.map_or_else(WorkerMachine::default, WorkerMachine::leaving_when_idle);
         let place = match &config.job {
             Some(command) => JobRunner::Process(JobProcess::new(command.clone())),
             None => JobRunner::Thread(solve, start_threads(config.threads)?),
@@ -126,7 +130,7 @@ impl Supervisor {
         let Some(line) = CoordinatorLink::open(&config, draw_session())? else {
             return Ok(None);
         };
-        let line = Arc::new(line);
+        let (line, leaving) = (Arc::new(line), Arc::<AtomicBool>::default());
         let (say, news) = channel();
         let hello = Arc::new(hello(&config, line.session));
         let talker = || Talker {
@@ -134,7 +138,7 @@ impl Supervisor {
             hello: Arc::clone(&hello),
             known: Cell::new(false),
             unheard: Cell::new(None),
-            stop: Arc::clone(&config.stop),
+            stop: Arc::clone(&leaving),
             news: say.clone(),
         };
         let (orders, queue) = channel();
@@ -153,7 +157,7 @@ impl Supervisor {
         let thread = start("cullet-job", move || work(place, &queue, &say, &mark))?;
         Ok(Some(Self {
             config,
-            machine: WorkerMachine::default(),
+            machine,
             start: Instant::now(),
             news,
             queues: TaskQueues { orders, renewals, cancel_watches, jobs },
@@ -161,16 +165,18 @@ impl Supervisor {
             current: CurrentJob::none(),
             solver: SolverThread { thread, busy, overdue: None },
             orphaned,
+            leaving,
         }))
     }
 
-    /// Asks for jobs and does them until asked to stop or drained.
+    /// Asks for jobs and does them until asked to stop, drained or idle for too long.
     pub(crate) fn work(mut self) {
         let mut quitting = false;
         self.step(WorkerInput::Begin);
         while !self.machine.left() && !self.orphaned.load(Ordering::Relaxed) {
             if !quitting && self.config.stop.load(Ordering::Relaxed) {
                 quitting = true;
+                self.leaving.store(true, Ordering::Relaxed);
                 self.step(WorkerInput::Quit);
                 continue;
             }
@@ -275,6 +281,10 @@ impl Supervisor {
                     self.queues.renewals.send((job, epoch, begun, self.current.control.clone()));
             }
             WorkerOutput::Ask(question) => {
+                // Where it is sent away, it has the answer to its question.
+                if question == Question::Bye && heard == WorkerInput::Tick {
+                    self.let_go();
+                }
                 let text = match question {
                     Question::Fail { .. } => std::mem::take(&mut self.current.trouble),
                     _ => String::new(),
@@ -313,6 +323,15 @@ impl Supervisor {
                 }
             }
             WorkerOutput::Leave => {}
+        }
+    }
+
+    /// It leaves: the answer to its last question for work, which may be held for long, is not
+    /// waited for.
+    fn let_go(&self) {
+        let asked = self.leaving.swap(true, Ordering::Relaxed);
+        if let (false, Some(limit)) = (asked, self.config.idle_limit) {
+            tracing::info!(seconds = limit.as_secs_f64(), "no job for so long: leaving");
         }
     }
 

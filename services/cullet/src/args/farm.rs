@@ -1,6 +1,6 @@
 //! Commands to a farm, their arguments and their help.
 
-use super::{AccessArgs, SceneArgs, Voice, endpoint, name, non_negative};
+use super::{AccessArgs, SceneArgs, SheetArgs, Voice, endpoint, name, non_negative};
 use clap::Args;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use std::path::PathBuf;
@@ -78,6 +78,8 @@ pub(crate) struct SubmitArgs {
     /// Folder for the results [default: runs/SCENE-N]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) sheet: SheetArgs,
 }
 
 /// A run at a coordinator.
@@ -122,6 +124,8 @@ pub(crate) struct FetchArgs {
     /// Folder for the results [default: runs/SCENE-N]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) sheet: SheetArgs,
 }
 
 /// What is fetched.

@@ -1,4 +1,6 @@
-//! The memory limit of a job.
+//! The memory limit of a job, and how long a worker may be idle.
+
+use std::time::Duration;
 
 /// The limit as it is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,9 +42,51 @@ pub(crate) fn memory(text: &str) -> Result<Memory, String> {
     }
 }
 
+/// Units of a duration and what one of each is \[s\]; a bare number is in seconds.
+const UNITS: [(&str, f64); 6] =
+    [("min", 60.0), ("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0), ("", 1.0)];
+/// Shortest and longest duration \[s\].
+const SHORTEST: f64 = 1.0;
+const LONGEST: f64 = 31.0 * 86_400.0;
+
+/// A duration: seconds, or a number with a unit.
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let read = UNITS.iter().find_map(|(unit, seconds)| {
+        let number: f64 = text.strip_suffix(unit)?.trim_end().parse().ok()?;
+        Some(number * seconds)
+    });
+    let fits = read.filter(|seconds| (SHORTEST..=LONGEST).contains(seconds));
+    fits.map(Duration::from_secs_f64).ok_or_else(|| {
+        "a duration is a number of seconds, or has a unit, such as 90s, 5min or 2h; it is from 1 s \
+         to 744 h"
+            .to_owned()
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Memory, memory};
+    use super::{Memory, duration, memory};
+    use std::time::Duration;
+
+    #[test]
+    fn a_duration_is_in_seconds_or_has_a_unit() {
+        for (text, millis) in [
+            ("90", 90_000),
+            ("1.5", 1_500),
+            ("90s", 90_000),
+            ("2500 ms", 2_500),
+            ("5min", 300_000),
+            ("5m", 300_000),
+            ("2h", 7_200_000),
+        ] {
+            assert_eq!(duration(text), Ok(Duration::from_millis(millis)), "{text}");
+        }
+        for bad in ["", "s", "5 d", "0", "0.5s", "-3", "nan", "inf", "745h", "1e400"] {
+            let said = duration(bad).expect_err(bad);
+            assert!(said.contains("90s") && said.contains("1 s to 744 h"), "{said}");
+        }
+    }
 
     #[test]
     fn a_limit_is_read_and_handed_on() {

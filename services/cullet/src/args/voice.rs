@@ -66,6 +66,7 @@ impl Command {
             | Self::Still(_)
             | Self::Export(_)
             | Self::Check(_)
+            | Self::OpenJob(_)
             | Self::Materials(_)
             | Self::Schema(_)
             | Self::New(_)

@@ -1,6 +1,6 @@
 //! Sweeps at a coordinator: handed in at once, fetched together, then or later.
 
-use super::{Named, PreparedSweep, SweepRow, finish, lines, plan, read, worst};
+use super::{FinishOptions, Named, PreparedSweep, SweepRow, finish, lines, plan, read, worst};
 use crate::client::{bring, connect, exit_of, follow, hand_in, has_summary, known, print_json};
 use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::{Folder, refuse_fetched, refuse_taken};
@@ -8,6 +8,7 @@ use crate::shown::shown;
 use crate::{args, logs};
 use cullet::{Client, Terms};
 use cullet_document::Bundle;
+use cullet_picture::SheetView;
 use cullet_pool::{Fetching, mark};
 use cullet_proto::service::{RunInfo, Which};
 use cullet_scene::{Scene, name_at};
@@ -17,11 +18,13 @@ use std::path::Path;
 /// `cullet submit SWEEP`: all at once to a coordinator.
 pub(crate) fn submit(args: &args::SubmitArgs) -> Result<Exit, CommandError> {
     let PreparedSweep { named, scenes } = plan(&args.scene)?;
+    args.sheet.fits(Some(scenes.len()))?;
     args.out.as_deref().map_or(Ok(()), refuse_taken)?;
     let client = connect(&args.place)?;
     let mut runs = vec![None; scenes.len()];
     let handed = hand_all(args, &client, (&named, &scenes), &mut runs);
-    let how = FetchOptions { client: &client, place: &args.place, follows: true, bar: args.watch };
+    let (place, times) = (&args.place, &args.sheet.at[..]);
+    let how = FetchOptions { client: &client, place, follows: true, bar: args.watch, times };
     let file = args.scene.scene.as_path();
     handed.map_err(|trouble| advice(trouble, &runs, file, args))?;
     if args.detach {
@@ -136,6 +139,7 @@ pub(crate) fn fetch(args: &args::FetchArgs, file: &Path) -> Result<Exit, Command
         return Err(CommandError::new(Exit::Usage, text).at(file.display()));
     }
     let named = read(file)?;
+    args.sheet.fits(Some(named.sweep.rows.len()))?;
     args.out.as_deref().map_or(Ok(()), refuse_fetched)?;
     let client = connect(&args.place)?;
     let runs = find(&client, &named, &named.sets(&args.set), None)?;
@@ -151,7 +155,8 @@ pub(crate) fn fetch(args: &args::FetchArgs, file: &Path) -> Result<Exit, Command
             ),
         ));
     }
-    let how = FetchOptions { client: &client, place, follows: args.follow, bar: true };
+    let times = &args.sheet.at[..];
+    let how = FetchOptions { client: &client, place, follows: args.follow, bar: true, times };
     how.rows(&named, &runs, args.out.as_deref())
 }
 
@@ -199,6 +204,8 @@ struct FetchOptions<'a> {
     /// To its end first; otherwise what is not over is left out.
     follows: bool,
     bar: bool,
+    /// Moments that the sheet shows \[s\].
+    times: &'a [f64],
 }
 
 impl FetchOptions<'_> {
@@ -242,9 +249,10 @@ impl FetchOptions<'_> {
             ));
         }
         let over = rows.iter().any(|row| row.code().is_some());
-        let exit = over
-            .then(|| finish(&named.sweep, &rows, &folder.path, who.json, who.voice.quiet))
-            .transpose()?;
+        let view = SheetView { times: self.times.to_vec(), ..SheetView::default() };
+        let (json, quiet) = (who.json, who.voice.quiet);
+        let how = FinishOptions { out: &folder.path, view, json, quiet };
+        let exit = over.then(|| finish(&named.sweep, &rows, &how)).transpose()?;
         fetching.done().map_err(|error| refused(&error))?;
         if let Some(exit) = exit {
             return Ok(exit);

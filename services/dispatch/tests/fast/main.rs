@@ -3,5 +3,6 @@
 mod common;
 
 mod deaths;
+mod idle;
 mod machine;
 mod makers;

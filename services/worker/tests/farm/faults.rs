@@ -198,6 +198,27 @@ fn a_worker_told_to_stop_leaves_though_its_question_is_held() {
 }
 
 #[test]
+fn a_worker_that_is_idle_for_too_long_leaves_though_its_question_is_held() {
+    let timing = Timing { park: 600_000, ..Timing::test() };
+    let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let idle = |limit| WorkerConfig { idle_limit: Some(limit), ..WorkerConfig::default() };
+    let limit = Duration::from_millis(800);
+    let hired = HiredWorker::hire_as(&pool, "w", Arc::new(solve), idle(limit));
+    // A job that takes longer than that is no idleness.
+    let id = run.open(&job("echo", 1, 2_000));
+    assert_eq!(next(&run, id).worker, "w");
+    wait_for("it has left", || hired.has_ended());
+    wait_for("it is gone", || pool.stats().workers == 0);
+    let id = run.open(&job("echo", 2, 0));
+    let _other = HiredWorker::hire(&pool, "x", Arc::new(solve));
+    assert_eq!(next(&run, id).worker, "x");
+    // One that finds no coordinator ends too.
+    let nobody = WorkerConfig { connect: vec!["tcp/127.0.0.1:9".to_owned()], ..idle(limit) };
+    cullet_worker::run_with(nobody, Arc::new(solve)).expect("it ends");
+}
+
+#[test]
 fn a_solver_over_the_hard_limit_is_stopped_and_in_the_end_abandoned() {
     let timing = Timing { hard: 300, ..Timing::test() };
     let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");

@@ -101,6 +101,11 @@ impl HiredWorker {
         Self { stop, thread: Some(thread) }
     }
 
+    /// Whether it has left, by itself or because it was told to.
+    pub(crate) fn has_ended(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
     /// Tells it to stop; dropping waits until it has.
     pub(crate) fn tell(&self) {
         self.stop.store(true, Ordering::Relaxed);
