@@ -37,6 +37,7 @@ SCHEMAS = {
     "/cracks": "cullet.Cracks",
     "/sampled": "cullet.Sampled",
     "/appearance": "cullet.Appearance",
+    "/joints": "cullet.BodyJoint",
     "/events": "cullet.RunEvent",
     "/jobs": "cullet.JobReport",
     "/pool": "cullet.PoolReport",
@@ -47,6 +48,7 @@ SCHEMAS = {
 }
 FRACTURED = 5
 REMOVED = 7
+JOINT_BROKEN, JOINT_GONE = 11, 12
 
 
 class Run:
@@ -66,6 +68,7 @@ class Run:
         self.compiled = None
         self.surfaces = {}
         self.framed, self.solved = {}, {}
+        self.joints = set()
 
     def want(self, holds, text):
         if not holds:
@@ -210,7 +213,15 @@ class Run:
         numbers = [piece.number for piece in window.pieces]
         self.want(numbers == sorted(set(numbers)), f"{what}: pieces are not by number")
 
+    def on_joints(self, joint):
+        ends = {joint.body} | ({joint.other} if joint.HasField("other") else set())
+        self.want(ends <= self.alive, f"joint {joint.id} holds a body that is not there")
+        self.joints.add(joint.id)
+
     def on_events(self, event):
+        if event.kind in (JOINT_BROKEN, JOINT_GONE):
+            self.want(event.joint in self.joints, f"joint {event.joint} ends twice")
+            self.joints.discard(event.joint)
         if event.kind == FRACTURED:
             self.fractures += 1
             self.want(event.HasField("ledger"), "a fracture without a ledger")

@@ -1,5 +1,6 @@
 //! Every shipped scene runs and shows what it says it shows.
 
+mod directed;
 mod moving;
 
 use crate::common;

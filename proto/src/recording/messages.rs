@@ -1,7 +1,8 @@
 //! The messages of a recording that are ours. Tags are never reused; fields are only added.
 
-use super::appearance;
 use super::schema::{Declarations, enumeration, message};
+use super::vector::{self, Vector3};
+use super::{appearance, joints};
 
 enumeration! {
     /// How much of the original body a fragment is, and what may still happen to it.
@@ -62,19 +63,12 @@ enumeration! {
         Finished = 9,
         /// A body was given a new shape.
         Deformed = 10,
-    }
-}
-
-message! {
-    /// A point or vector.
-    #[derive(Copy)]
-    Vector3 {
-        /// First component.
-        "1" [double] x: f64,
-        /// Second component.
-        "2" [double] y: f64,
-        /// Third component.
-        "3" [double] z: f64,
+        /// A joint broke under its load.
+        JointBroken = 11,
+        /// A joint went with one of its bodies, which broke or left the world.
+        JointGone = 12,
+        /// The work that a driven body did on others in the run; told at its end.
+        Driven = 13,
     }
 }
 
@@ -388,11 +382,11 @@ message! {
         "3" [double] time: f64,
         /// The body that it happened to.
         "4" [uint64, optional] body: Option<u64>,
-        /// The other body of an impact.
+        /// The other body of an impact or of a joint.
         "5" [uint64, optional] striker: Option<u64>,
         /// Digest of the problem; empty where there is none.
         "6" [bytes = "vec"] job: Vec<u8>,
-        /// A reason, a refusal or an expectation, in words.
+        /// A reason, a refusal, an expectation or what of a joint gave way, in words.
         "7" [string] text: String,
         /// Where, in the world \[m\].
         "8" [message, optional] point: Option<Vector3>,
@@ -400,7 +394,7 @@ message! {
         "9" [double] impulse: f64,
         /// Closing speed of an impact \[m/s\].
         "10" [double] closing_speed: f64,
-        /// Kinetic energy of the approach \[J\].
+        /// Kinetic energy of the approach; the work of a driven body \[J\].
         "11" [double] energy: f64,
         /// The fragments of a fracture.
         "12" [uint64, repeated] fragments: Vec<u64>,
@@ -424,6 +418,14 @@ message! {
         "21" [double] peak_force: f64,
         /// Kinetic energy that the contact took out of the pair \[J\].
         "22" [double] dissipated: f64,
+        /// The joint that broke or went.
+        "23" [uint64, optional] joint: Option<u64>,
+        /// Force that broke a joint, the mean over a step \[N\].
+        "24" [double] force: f64,
+        /// Moment that it bore with it \[N·m\].
+        "25" [double] torque: f64,
+        /// The load of a joint that broke over what it bears \[1\].
+        "26" [double] load_share: f64,
     }
 }
 
@@ -449,7 +451,7 @@ message! {
 
 pub(super) fn declarations() -> Declarations {
     let mut messages = vec![
-        Vector3::declaration(),
+        vector::declaration(),
         Geometry::declaration(),
         Body::declaration(),
         BodyPoses::declaration(),
@@ -466,7 +468,11 @@ pub(super) fn declarations() -> Declarations {
         RunStats::declaration(),
     ];
     messages.extend(appearance::declarations());
-    let enums = vec![Tier::declaration(), Verdict::declaration(), EventKind::declaration()];
+    let (joint, joint_type) = joints::declarations();
+    messages.push(joint);
+    let (tier, verdict, event) =
+        (Tier::declaration(), Verdict::declaration(), EventKind::declaration());
+    let enums = vec![tier, verdict, event, joint_type];
     Declarations { messages, enums }
 }
 

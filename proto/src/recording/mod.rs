@@ -2,15 +2,18 @@
 //! any MCAP reader decodes them without this code.
 
 mod appearance;
+mod joints;
 mod messages;
 mod schema;
 mod sheet_error;
 mod sheets;
 mod solid;
 mod text;
+mod vector;
 mod windows;
 
 pub use appearance::{Appearance, AppearanceError, AppearanceMaterial, AppearanceTexture};
+pub use joints::{BodyJoint, JointType};
 pub use messages::*;
 pub use schema::{PACKAGE, Recorded};
 pub use sheet_error::SheetError;
@@ -19,4 +22,5 @@ pub use sheets::{
 };
 pub use solid::{GeometryError, geometry_hash};
 pub use text::schema_text;
+pub use vector::Vector3;
 pub use windows::{SheetLedger, SheetPiece, SheetWindow};

@@ -3,9 +3,10 @@
 //! They have a schema of their own, which names that of the other messages: a recording without
 //! such bodies has the bytes that it had before there were any.
 
-use super::messages::{self, Vector3};
+use super::messages;
 use super::schema::{MessageDeclaration, PACKAGE, message};
 use super::sheet_error::{SheetError, finite, length};
+use super::vector::Vector3;
 use super::windows;
 use cullet_geometry::Vec3;
 use cullet_model::{MovingSurface, SurfaceFrame};

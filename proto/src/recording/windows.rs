@@ -1,8 +1,9 @@
 //! Windows of a sheet's time, and what came of them.
 
-use super::messages::{ReportFigure, Vector3};
+use super::messages::ReportFigure;
 use super::schema::{MessageDeclaration, message};
 use super::sheet_error::{SheetError, finite, length};
+use super::vector::Vector3;
 use cullet_model::{TornPiece, WindowLedger, WindowOutcome};
 
 message! {

@@ -187,7 +187,8 @@ fn kind(error: &RunError) -> (AttemptEnd, u8) {
         | RunError::Lost(_)
         | RunError::OutOfOrder { .. }
         | RunError::Window { .. }
-        | RunError::TooManyNear { .. } => (AttemptEnd::Failed, codes::FAILED),
+        | RunError::TooManyNear { .. }
+        | RunError::Joint { .. } => (AttemptEnd::Failed, codes::FAILED),
     }
 }
 

@@ -154,7 +154,8 @@ pub(crate) fn trouble(error: &RunError) -> CommandError {
         | RunError::Lost(_)
         | RunError::OutOfOrder { .. }
         | RunError::Window { .. }
-        | RunError::TooManyNear { .. } => Exit::Failed,
+        | RunError::TooManyNear { .. }
+        | RunError::Joint { .. } => Exit::Failed,
     };
     CommandError::new(exit, error)
 }

@@ -28,6 +28,8 @@ pub enum Dimension {
     Impulse,
     /// \[N\]
     Force,
+    /// \[N·m\]
+    Moment,
     /// \[1/s\]
     Rate,
     /// \[K\]
@@ -42,7 +44,7 @@ const PI: f64 = std::f64::consts::PI;
 
 impl Dimension {
     /// Every dimension.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Length,
         Self::Time,
         Self::Velocity,
@@ -54,6 +56,7 @@ impl Dimension {
         Self::EnergyPerArea,
         Self::Impulse,
         Self::Force,
+        Self::Moment,
         Self::Rate,
         Self::TemperatureDifference,
         Self::HeatCapacity,
@@ -112,6 +115,9 @@ impl Dimension {
                 &[("N s", 1.0), ("Ns", 1.0), ("mN s", 1e-3), ("kN s", 1e3), ("kg m/s", 1.0)]
             }
             Self::Force => &[("N", 1.0), ("mN", 1e-3), ("kN", 1e3), ("MN", 1e6)],
+            Self::Moment => {
+                &[("N m", 1.0), ("Nm", 1.0), ("mN m", 1e-3), ("kN m", 1e3), ("MN m", 1e6)]
+            }
             Self::Rate => &[("1/s", 1.0), ("1/ms", 1e3), ("1/us", 1e6), ("Hz", 1.0)],
             Self::TemperatureDifference => &[("K", 1.0)],
             Self::HeatCapacity => &[("J/(kg K)", 1.0), ("kJ/(kg K)", 1e3)],
@@ -134,6 +140,7 @@ impl Dimension {
             Self::EnergyPerArea => "energy per area",
             Self::Impulse => "impulse",
             Self::Force => "force",
+            Self::Moment => "moment",
             Self::Rate => "rate",
             Self::TemperatureDifference => "temperature difference",
             Self::HeatCapacity => "heat capacity",
@@ -276,6 +283,9 @@ schemas! {
     temperature_difference: TemperatureDifference,
     heat_capacity: HeatCapacity,
     velocity: Velocity,
+    acceleration: Acceleration,
+    force: Force,
+    moment: Moment,
 }
 
 vector_schemas! {

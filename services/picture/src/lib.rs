@@ -18,6 +18,7 @@ mod picture;
 pub mod points;
 mod raster;
 mod reel;
+mod ropes;
 mod shade;
 #[cfg(test)]
 mod sheet_tests;

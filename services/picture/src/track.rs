@@ -135,6 +135,24 @@ impl Actor {
         }
     }
 
+    /// A part of a line that nothing looks after, of one colour, where it is at which times \[s\].
+    pub(super) fn line(mesh: Arc<Mesh>, colour: Rgb, rows: Vec<(f64, Pose)>, end: f64) -> Self {
+        Self {
+            id: GRAIN,
+            object: String::new(),
+            fragment: false,
+            deformed: false,
+            share: None,
+            fixed: false,
+            outer: colour,
+            inner: colour,
+            mesh,
+            velocities: vec![Vec3::zeros(); rows.len()],
+            rows,
+            end,
+        }
+    }
+
     /// What a sheet looks like.
     fn of_sheet(sheet: &SheetActor) -> Self {
         Self {
@@ -292,6 +310,7 @@ impl Track {
         track.reshape(recording, &mut index, &meshes);
         track.crumble(recording, &index);
         track.open(recording, &index);
+        track.tie(recording, &index);
         track.dress();
         track
     }

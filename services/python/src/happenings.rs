@@ -63,6 +63,19 @@ fn of_event<'py>(py: Python<'py>, event: &RunEvent) -> PyResult<Bound<'py, PyDic
         EventKind::JobSettled => {
             told.set_item("verdict", word(event.verdict()))?;
         }
+        EventKind::JointBroken => {
+            told.set_item("joint", event.joint)?;
+            told.set_item("other", event.striker)?;
+            told.set_item("point", point(event.point.as_ref()))?;
+            told.set_item("force", event.force)?;
+            told.set_item("torque", event.torque)?;
+            told.set_item("load_share", event.load_share)?;
+        }
+        EventKind::JointGone => {
+            told.set_item("joint", event.joint)?;
+            told.set_item("other", event.striker)?;
+        }
+        EventKind::Driven => told.set_item("work", event.energy)?,
         EventKind::Expectation => told.set_item("held", event.held)?,
         EventKind::Deformed => told.set_item("ledger", ledger(py, event.ledger.as_ref())?)?,
         _ => {}

@@ -7,7 +7,7 @@ use crate::pose_rows;
 use crate::sheets;
 use cullet::geometry::{Solid, Surface};
 use cullet::messages::{Body, EventKind};
-use cullet::picture::{Still, StillTime, still};
+use cullet::picture::{Framing, Still, StillTime, still};
 use cullet::record::{fit, masses};
 use cullet::{ExportOptions, Moments, Recording, export};
 use pyo3::prelude::*;
@@ -208,21 +208,24 @@ impl PyRecording {
         columns.numbers("mass", all.iter().map(|part| part.mass))?;
         columns.numbers("ratio", all.iter().map(|part| part.ratio))?;
         columns.numbers("cell", all.iter().map(|part| part.cell))?;
-        columns.texts("made", all.iter().map(|p| if p.sampled { "sampled" } else { "solved" }))?;
+        let made = |sampled: bool| if sampled { "sampled" } else { "solved" };
+        columns.texts("made", all.iter().map(|part| made(part.sampled)))?;
         Ok(columns.done())
     }
 
-    /// Draws a moment into a file; hands back which.
+    /// Draws a moment into a file; hands back which. `close`: the body to draw, or an empty text
+    /// for what breaks.
     fn still(
         &self,
         py: Python<'_>,
         path: PathBuf,
         time: Option<f64>,
         size: (usize, usize),
-        close: bool,
+        close: Option<&str>,
     ) -> PyResult<f64> {
         let time = time.map_or(StillTime::Telling, StillTime::At);
-        let wanted = Still { time, size, close };
+        let framing = close.map_or(Framing::Whole, Framing::of_close);
+        let wanted = Still { time, size, framing };
         let recording = &self.recording.path;
         py.detach(|| still(recording, &wanted, &path)).map_err(of_record(py))
     }

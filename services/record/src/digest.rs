@@ -1,16 +1,29 @@
 //! The digest of a run.
 
 use super::{
-    BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, SHAPE, SHEET_SURFACE, SHEETS, WINDOWS,
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, JOINTS, SHAPE, SHEET_SURFACE, SHEETS,
+    WINDOWS,
 };
 
 /// The topics of all that decided a run.
-const DECIDING: [&str; 11] =
-    [GEOMETRY, BODY, SHAPE, BODIES, DEBRIS, CRACKS, EVENTS, JOBS, SHEET_SURFACE, SHEETS, WINDOWS];
+const DECIDING: [&str; 12] = [
+    GEOMETRY,
+    BODY,
+    SHAPE,
+    BODIES,
+    DEBRIS,
+    CRACKS,
+    JOINTS,
+    EVENTS,
+    JOBS,
+    SHEET_SURFACE,
+    SHEETS,
+    WINDOWS,
+];
 
-/// BLAKE3 over everything that decided a run, in recorded order: geometry, bodies, poses, events
-/// and job reports, and of sheets their surfaces, frames and windows. Wall times and worker names
-/// are on other topics and never reach it.
+/// BLAKE3 over everything that decided a run, in recorded order: geometry, bodies, poses, joints,
+/// events and job reports, and of sheets their surfaces, frames and windows. Wall times and worker
+/// names are on other topics and never reach it.
 #[derive(Clone, Debug, Default)]
 pub struct RunDigest {
     hasher: blake3::Hasher,

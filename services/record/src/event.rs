@@ -108,6 +108,41 @@ pub enum Event {
         /// The reason.
         reason: String,
     },
+    /// A joint broke.
+    JointBroken {
+        /// The joint.
+        joint: u64,
+        /// One of its bodies.
+        body: u64,
+        /// The other; nothing stands for the world.
+        other: Option<u64>,
+        /// Where, in the world \[m\].
+        point: Vec3,
+        /// Force, the mean over the step \[N\].
+        force: f64,
+        /// Moment likewise \[N·m\].
+        torque: f64,
+        /// The load over what the joint bears \[1\].
+        share: f64,
+    },
+    /// A joint went with one of its bodies.
+    JointGone {
+        /// The joint.
+        joint: u64,
+        /// One of its bodies.
+        body: u64,
+        /// The other; nothing stands for the world.
+        other: Option<u64>,
+        /// The reason.
+        reason: String,
+    },
+    /// What a driven body did to others in the run.
+    Driven {
+        /// The body.
+        body: u64,
+        /// Work of its contacts and joints on other bodies \[J\].
+        work: f64,
+    },
     /// What the scene expected.
     Expectation {
         /// In words.
@@ -189,6 +224,37 @@ impl Event {
                 ..base
             },
             Self::Finished => RunEvent { kind: EventKind::Finished as i32, ..base },
+            directed => directed.of_directions(base),
+        }
+    }
+
+    /// The message of what directs a shot.
+    fn of_directions(&self, base: RunEvent) -> RunEvent {
+        let of = |kind: EventKind, body: u64| RunEvent {
+            kind: kind as i32,
+            body: Some(body),
+            ..base.clone()
+        };
+        match self {
+            Self::JointBroken { joint, body, other, point, force, torque, share } => RunEvent {
+                joint: Some(*joint),
+                striker: *other,
+                point: Some(Vector3 { x: point.x, y: point.y, z: point.z }),
+                force: *force,
+                torque: *torque,
+                load_share: *share,
+                ..of(EventKind::JointBroken, *body)
+            },
+            Self::JointGone { joint, body, other, reason } => RunEvent {
+                joint: Some(*joint),
+                striker: *other,
+                text: reason.clone(),
+                ..of(EventKind::JointGone, *body)
+            },
+            Self::Driven { body, work } => {
+                RunEvent { energy: *work, ..of(EventKind::Driven, *body) }
+            }
+            _ => base,
         }
     }
 }
@@ -244,10 +310,31 @@ pub fn event_text(event: &RunEvent, name: &dyn Fn(u64) -> String) -> String {
         }
         EventKind::KeptWhole => format!("{body} stays whole{}", after_colon(&event.text)),
         EventKind::Removed => format!("{body} leaves the world{}", after_colon(&event.text)),
+        EventKind::JointBroken | EventKind::JointGone | EventKind::Driven => {
+            directed_text(event, &body, name)
+        }
         EventKind::Expectation => {
             format!("expected {}: {}", event.text, if event.held { "held" } else { "NOT HELD" })
         }
         EventKind::Finished => format!("finished after {} steps", event.step),
+    }
+}
+
+/// What became of a joint or came of a driven body, as a sentence.
+fn directed_text(event: &RunEvent, body: &str, name: &dyn Fn(u64) -> String) -> String {
+    let joint = event.joint.unwrap_or_default();
+    let other = event.striker.map_or_else(|| "the world".to_owned(), name);
+    match event.kind() {
+        EventKind::JointBroken => format!(
+            "joint {joint} of {body} and {other} breaks: {:.4e} N, {:.4e} N·m, {:.2} of what it \
+             bears",
+            event.force, event.torque, event.load_share
+        ),
+        EventKind::Driven => format!(
+            "{body} was driven by keyframes, and did {:.4e} J of work on others",
+            event.energy
+        ),
+        _ => format!("joint {joint} of {body} and {other} is gone{}", after_colon(&event.text)),
     }
 }
 

@@ -10,7 +10,8 @@ use std::path::Path;
 pub struct Inspection {
     /// Made from the messages, not from a stored copy.
     pub summary: Summary,
-    /// A line an event; then one of the shares that were solved, and one a sheet.
+    /// A line an event; then one of the shares that were solved, one of what was
+    /// directed, and one a sheet.
     pub events: Vec<String>,
     /// False if the run was cut off: the summary then speaks of what was saved.
     pub complete: bool,
@@ -40,9 +41,17 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordError> {
     let summary = recording.summary();
     let shares = summary.shares.as_ref().filter(|_| summary.fractures > 0);
     let last = shares.map(|shares| format!("at the end: {shares}"));
+    let directed = summary.directed.as_ref().map(ToString::to_string);
     let sheets = recording.sheet_census().lines();
     Ok(Inspection {
-        events: recording.events.iter().map(line).chain(last).chain(sheets).collect(),
+        events: recording
+            .events
+            .iter()
+            .map(line)
+            .chain(last)
+            .chain(directed)
+            .chain(sheets)
+            .collect(),
         summary,
         complete: recording.complete,
         damaged: recording.damaged,

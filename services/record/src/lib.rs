@@ -14,6 +14,7 @@
 //! | `/bodies` | `cullet.BodyPoses` | the lossless pose track |
 //! | `/debris` | `cullet.Grains` | grains of debris: what is born, what flies |
 //! | `/cracks` | `cullet.Cracks` | cracks that end inside a body, as open surfaces |
+//! | `/joints` | `cullet.BodyJoint` | each joint when it is made |
 //! | `/events` | `cullet.RunEvent` | what happened |
 //! | `/jobs` | `cullet.JobReport` | how jobs came out |
 //! | `/sampled` | `cullet.Sampled` | which fragments were sampled, and not solved |
@@ -24,12 +25,14 @@
 //! | `/windows` | `cullet.SheetWindow` | what came of a window of a sheet's time |
 //!
 //! The digest of a run covers `/geometry`, `/body`, `/shape`, `/bodies`, `/debris`, `/cracks`,
-//! `/events`, `/jobs`, and of sheets all three topics: no wall time and no worker name is in them.
+//! `/joints`, `/events`, `/jobs`, and of sheets all three topics: no wall time and no worker name
+//! is in them.
 //! Log time is simulated time; publish time is wall time since the start of the run.
 
 mod appearance;
 mod canvas;
 mod digest;
+mod directed;
 mod display;
 mod event;
 mod grains;
@@ -66,6 +69,7 @@ mod trace;
 
 pub use appearance::skin_of;
 pub use digest::RunDigest;
+pub use directed::DirectedTotals;
 pub use event::{Event, Touch, event_text};
 pub use inspect::{Inspection, inspect};
 pub use masses::{Fit, Fits, FragmentMass, RESOLVED_CELLS, fit, masses, table};
@@ -100,6 +104,8 @@ pub const BODIES: &str = "/bodies";
 pub const DEBRIS: &str = "/debris";
 /// Topic of [`cullet_proto::recording::Cracks`].
 pub const CRACKS: &str = "/cracks";
+/// Topic of [`cullet_proto::recording::BodyJoint`].
+pub const JOINTS: &str = "/joints";
 /// Topic of [`cullet_proto::recording::RunEvent`].
 pub const EVENTS: &str = "/events";
 /// Topic of [`cullet_proto::recording::JobReport`].

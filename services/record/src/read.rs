@@ -5,12 +5,12 @@ use super::points::SPECIMEN;
 use super::sheet_census::SheetCensus;
 use super::summary::decode;
 use super::{
-    APPEARANCE, BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, RecordError, SAMPLED, SHAPE,
-    SHEET_SURFACE, SHEETS, Summary, Tally, WINDOWS,
+    APPEARANCE, BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, JOINTS, RecordError, SAMPLED,
+    SHAPE, SHEET_SURFACE, SHEETS, Summary, Tally, WINDOWS,
 };
 use cullet_proto::recording::{
-    Appearance, Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, Recorded, RunEvent,
-    Sampled, SheetFrame, SheetSurface, SheetWindow,
+    Appearance, Body, BodyJoint, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape,
+    Recorded, RunEvent, Sampled, SheetFrame, SheetSurface, SheetWindow,
 };
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -169,6 +169,8 @@ pub struct Recording {
     pub debris: Vec<Grains>,
     /// Cracks that end inside bodies.
     pub cracks: Vec<Cracks>,
+    /// Joints, in the order in which they were made.
+    pub joints: Vec<BodyJoint>,
     /// What happened, in order.
     pub events: Vec<RunEvent>,
     /// How jobs came out.
@@ -277,6 +279,7 @@ impl Recording {
             SHAPE => self.shapes.push(decode(topic, time, data)?),
             BODIES => self.poses.push(decode(topic, time, data)?),
             CRACKS => self.cracks.push(decode(topic, time, data)?),
+            JOINTS => self.joints.push(decode(topic, time, data)?),
             EVENTS => self.events.push(decode(topic, time, data)?),
             JOBS => self.reports.push(decode(topic, time, data)?),
             SAMPLED => self.sampled.push(decode(topic, time, data)?),

@@ -8,13 +8,13 @@ use super::pose_row::PoseRow;
 use super::sheet_book::SheetBook;
 use super::sink::{Sink, Stamp};
 use super::{
-    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, SAMPLED, SHAPE,
-    Summary, Tally, event,
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, JOINTS, POOL, RecordError,
+    SAMPLED, SHAPE, Summary, Tally, event,
 };
 use cullet_geometry::{Sheet, Solid, Vec3};
 use cullet_proto::recording::{
-    Body, BodyPoses, Cracks, Geometry, JobReport, NewShape, PoolReport, Recorded, Sampled,
-    geometry_hash,
+    Body, BodyJoint, BodyPoses, Cracks, Geometry, JobReport, NewShape, PoolReport, Recorded,
+    Sampled, geometry_hash,
 };
 use cullet_world::DebrisParticle;
 use std::collections::BTreeMap;
@@ -366,6 +366,20 @@ impl Recorder {
         }
     }
 
+    /// Records a joint when it is made.
+    ///
+    /// # Errors
+    /// A body that is not recorded, a time that is not finite, or a file that cannot be written.
+    pub fn joint(&mut self, joint: &BodyJoint) -> Result<(), RecordError> {
+        self.at(joint.step, joint.time)?;
+        for body in std::iter::once(joint.body).chain(joint.other) {
+            if !self.bodies.contains_key(&body) {
+                return Err(RecordError::UnknownBody { body, what: "joint" });
+            }
+        }
+        self.deciding(JOINTS, joint)
+    }
+
     /// Records how a job came out: the part that decides.
     ///
     /// # Errors
@@ -446,9 +460,10 @@ impl Recorder {
 fn level_of(event: &Event) -> Level {
     match event {
         Event::Expectation { held: false, .. } => Level::Error,
-        Event::Fractured { .. } | Event::Deformed { .. } | Event::JobSettled { .. } => {
-            Level::Warning
-        }
+        Event::Fractured { .. }
+        | Event::Deformed { .. }
+        | Event::JobSettled { .. }
+        | Event::JointBroken { .. } => Level::Warning,
         _ => Level::Info,
     }
 }

@@ -1,11 +1,12 @@
 //! The summary of a run, and the tally that makes it from messages alone: while recording and,
 //! with the same code, from a finished file.
 
+use super::directed::{DirectedCensus, DirectedTotals};
 use super::shares::{Census, Shares};
 use super::sheet_census::{SheetCensus, SheetTotals};
 use super::{
-    BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, POOL, RecordError, RunDigest, SAMPLED, SHAPE,
-    SHEETS, WINDOWS,
+    BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, JOINTS, POOL, RecordError, RunDigest, SAMPLED,
+    SHAPE, SHEETS, WINDOWS,
 };
 use cullet_geometry::Solid;
 use cullet_proto::recording::{
@@ -109,6 +110,9 @@ pub struct Summary {
     /// What came of sheets; nothing, and no key, where there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sheets: Option<SheetTotals>,
+    /// What directed the run; nothing, and no key, where nothing did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub directed: Option<DirectedTotals>,
     /// Fracture jobs.
     pub jobs: Jobs,
     /// How many jobs each solver answered.
@@ -145,6 +149,7 @@ pub struct Tally {
     smallest: Option<f64>,
     census: Census,
     sheets: SheetCensus,
+    directed: DirectedCensus,
 }
 
 impl Tally {
@@ -179,6 +184,7 @@ impl Tally {
                 self.summary.grains += grains.masses.len() as u64;
                 self.summary.grain_mass += grains.masses.iter().sum::<f64>();
             }
+            JOINTS => self.directed.joint(&decode(topic, log_time, payload)?),
             EVENTS => self.event(&decode(topic, log_time, payload)?),
             JOBS => {
                 let report: JobReport = decode(topic, log_time, payload)?;
@@ -236,6 +242,7 @@ impl Tally {
 
     fn event(&mut self, event: &RunEvent) {
         self.at(event.step, event.time);
+        self.directed.event(event);
         let jobs = &mut self.summary.jobs;
         match event.kind() {
             EventKind::JobOpened => jobs.opened += 1,
@@ -260,6 +267,9 @@ impl Tally {
             EventKind::Impact
             | EventKind::Gate
             | EventKind::KeptWhole
+            | EventKind::JointBroken
+            | EventKind::JointGone
+            | EventKind::Driven
             | EventKind::Expectation
             | EventKind::Finished
             | EventKind::Unspecified => {}
@@ -301,6 +311,7 @@ impl Tally {
             smallest_volume_ratio: self.smallest.unwrap_or(1.0),
             digest: self.digest.hex(),
             sheets: self.sheets.totals(),
+            directed: self.directed.totals(),
             shares: self.census.shares(self.summary.fractures, self.summary.grain_mass),
             ..self.summary.clone()
         }

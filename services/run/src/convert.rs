@@ -79,6 +79,7 @@ pub(super) fn observed(summary: &Summary, broken: &BTreeMap<String, u64>) -> Obs
         failed: summary.jobs.failed,
         open_fragments: summary.open_fragments,
         sheet_pieces: summary.sheets.map_or(0, |sheets| sheets.pieces),
+        joints_broken: summary.directed.as_ref().map_or(0, |directed| directed.joints_broken),
         mass_rel_error: summary.ledger.mass_rel_error,
         momentum_rel_error: summary.ledger.momentum_rel_error,
         energy_gain_rel: summary.ledger.energy_gain_rel,

@@ -2,8 +2,11 @@
 //! back, writes it all down. Everything that decides happens here in one thread and in one order.
 
 mod convert;
+mod fields;
 mod job;
 mod jobs;
+mod joints;
+mod known_joints;
 mod moving;
 mod notices;
 mod retire;
@@ -22,8 +25,9 @@ use cullet_plan::{Decision, Experience, SolveOrder, decide};
 use cullet_proto::{FractureJob, JobId};
 use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use cullet_scene::{Scene, SceneBody, rigid};
-use cullet_world::{BodyId, Hit, World, WorldError};
-use moving::{Arrived, RunningSheet, sheets_of};
+use cullet_world::{BodyId, Hit, JointError, KeyframedPath, World, WorldError};
+use known_joints::KnownJoints;
+use moving::{Arrived, RunningSheet, body_id, sheets_of};
 use notices::Notices;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
@@ -117,6 +121,14 @@ pub enum RunError {
         /// The bound.
         most: usize,
     },
+    /// A joint or glue of the scene could not be made.
+    #[error("{what}: {source}")]
+    Joint {
+        /// Which of the scene, as it is written.
+        what: String,
+        /// What the world says.
+        source: JointError,
+    },
     /// A file could not be written.
     #[error("{path}: {}", cullet_files::regular::words(source))]
     File {
@@ -179,6 +191,12 @@ struct SceneRun<'a> {
     fractures: u64,
     broken: BTreeMap<String, u64>,
     notices: Notices,
+    /// The paths of driven bodies.
+    driven: BTreeMap<BodyId, Arc<KeyframedPath>>,
+    /// Joints that are recorded and not at their end.
+    joints: KnownJoints,
+    /// Whether there may be other joints than these.
+    joints_changed: bool,
 }
 
 /// Runs a scene to its end and writes `run.mcap` and `summary.json` into the folder.
@@ -210,6 +228,9 @@ pub fn run(
         fractures: 0,
         broken: BTreeMap::new(),
         notices: Notices::of(scene),
+        driven: BTreeMap::new(),
+        joints: KnownJoints::new(),
+        joints_changed: false,
     };
     run.populate()?;
     let interrupted = run.steps()?;
@@ -241,6 +262,7 @@ impl SceneRun<'_> {
                 choice: job::Choice::of(body, &scene.fracture, job::seed_of(id, scene.world.seed)),
             };
             self.origins.insert(id, origin);
+            self.driven.extend(body.drive.clone().map(|path| (id, path)));
             self.record_birth(id)?;
             bodies.push((number(id), body));
             self.tell_position();
@@ -249,6 +271,10 @@ impl SceneRun<'_> {
             }
         }
         self.record_appearances(&bodies)?;
+        if bodies.len() == scene.bodies.len() {
+            let ids: Vec<BodyId> = bodies.iter().map(|(id, _)| body_id(*id)).collect();
+            self.join_bodies(&ids)?;
+        }
         self.announce_sheets();
         Ok(())
     }
@@ -283,12 +309,16 @@ impl SceneRun<'_> {
                 return Ok(true);
             }
             self.push_bodies();
+            self.apply_fields();
             let hits = self.world.step()?;
             self.lead_bodies();
+            self.record_breaks()?;
             self.judge(hits)?;
             if !self.settle_until(self.world.step_count())? || !self.close_windows()? {
                 return Ok(true);
             }
+            self.remove_bodies()?;
+            self.follow_joints()?;
             self.record_poses()?;
             if self.world.step_count() < last && !self.open_windows()? {
                 return Ok(true);

@@ -7,7 +7,7 @@ use cullet_model::{
 use cullet_pool::Settlement;
 use cullet_proto::{JobId, WindowJob};
 use cullet_scene::{Scene, SceneMovingBody};
-use cullet_world::{BodyId, World};
+use cullet_world::{BodyId, BodyView, World};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
@@ -153,7 +153,8 @@ pub(super) fn sheets_of(scene: &Scene) -> Vec<RunningSheet> {
 impl SheetWindowRun {
     /// Impulse that the window has for bodies that can move, and that they did not get \[N·s\].
     pub(super) fn kept_back(&self, world: &World) -> f64 {
-        let can_move = |body: u64| world.body(body_id(body)).is_none_or(|view| !view.fixed);
+        let moves = |view: BodyView<'_>| !view.fixed && !view.driven;
+        let can_move = |body: u64| world.body(body_id(body)).is_none_or(moves);
         let lack = |handed: &Handed| {
             let all: Vec3 = handed.impulses.iter().map(|[impulse, _]| impulse).sum();
             (all - self.given.get(&handed.body).copied().unwrap_or_default()).norm()

@@ -35,6 +35,7 @@ impl SceneRun<'_> {
                 parent: None,
                 generation: 0,
                 original_volume: None,
+                driven: None,
             };
             if let Err(why) = self.world.admits(&spec) {
                 // It is offered anew in each window.

@@ -238,6 +238,7 @@ impl SceneRun<'_> {
             self.record_cracks(id, sheet)?;
         }
         self.fractures += 1;
+        self.joints_changed = true;
         *self.broken.entry(origin.object.clone()).or_default() += done.fragments.len() as u64;
         self.event(&Event::Fractured {
             parent: number(job.body),
@@ -336,6 +337,7 @@ impl SceneRun<'_> {
             self.recorder.log(Level::Warning, line.clone())?;
             self.say(line);
         }
+        self.record_driven()?;
         let breakable = self.scene.bodies.iter().any(|body| body.breakable);
         if !interrupted && self.fractures == 0 && breakable {
             let line = self.notices.unbroken(&self.world);
@@ -354,6 +356,9 @@ impl SceneRun<'_> {
             }
         }
         let finished = self.recorder.finish(step, time)?;
+        if let Some(directed) = &finished.summary.directed {
+            (self.news)(&News::Line(directed.to_string()));
+        }
         if let Some(shares) = finished.summary.shares.as_ref().filter(|_| self.fractures > 0) {
             (self.news)(&News::Line(shares.to_string()));
         }

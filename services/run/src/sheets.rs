@@ -46,13 +46,20 @@ impl SceneRun<'_> {
                 continue;
             }
             let object = |body: BodyId| self.object_number(body);
-            let proxies = sheet.proxies(&self.world, gravity, object);
+            let mut proxies = sheet.proxies(&self.world, gravity, object);
             if proxies.len() > MAX_PROXIES {
                 let (sheet, bodies) = (self.scene.moving[index].name.clone(), proxies.len());
                 return Err(RunError::TooManyNear { sheet, bodies, most: MAX_PROXIES });
             }
             let left = self.scene.steps() - step;
             let steps = sheet.window.min(u32::try_from(left).unwrap_or(u32::MAX));
+            for proxy in &mut proxies {
+                if let Some(path) = self.driven.get(&body_id(proxy.body)) {
+                    let time = |k: u32| (step + u64::from(k)) as f64 * self.setup_step();
+                    let poses = (1..=steps).map(|k| path.at(time(k)));
+                    proxy.motion = ProxyMotion::Led(poses.collect());
+                }
+            }
             let frame_every = sheet.frame_every;
             let retired = sheet.retire.then(|| sheet.retired.clone());
             let window = Window { first_step: step, steps, frame_every, proxies, retired };

@@ -1,5 +1,6 @@
 mod contact;
 mod dent;
+mod directed;
 mod resting;
 mod sheets;
 mod solids;

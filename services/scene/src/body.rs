@@ -3,8 +3,9 @@
 use super::context::ResolveContext;
 use super::direction::MIN_LENGTH;
 use super::format::{Anchor, Body, Fracture, ObjectsChoice, Rotation, SolverChoice};
-use super::geometry::{BodyGeometry, GeometrySource, ObjectSource, bounds};
+use super::geometry::{BodyGeometry, GeometrySource, MAX_SIZE, ObjectSource, bounds};
 use super::material::SceneMaterial;
+use super::parts::PlacedShape;
 use super::sourced::Fault;
 use super::strength::strength;
 use super::{bonds, treatment};
@@ -12,19 +13,27 @@ use cullet_document::check::tell;
 use cullet_document::error::suggest;
 use cullet_document::files::key;
 use cullet_document::tree::{Path, join};
-use cullet_geometry::{Quat, Vec3};
+use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_model::StrengthField;
 use cullet_plan::family;
+use cullet_world::KeyframedPath;
 use std::sync::Arc;
 
 /// Where a body is to be.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct TemplatePlacement {
     pub(super) rotation: Quat,
     /// Where the anchor is \[m\].
     pub(super) position: Vec3,
     /// From the centroid to the anchor, in the body's frame \[m\].
     pub(super) anchor: Vec3,
+}
+
+impl TemplatePlacement {
+    /// Where the body's own frame is.
+    pub(super) fn pose(&self) -> Pose {
+        Pose::from_parts((self.position - self.rotation * self.anchor).into(), self.rotation)
+    }
 }
 
 /// A body before it has a place.
@@ -44,6 +53,9 @@ pub(super) struct BodyTemplate {
     pub(super) particles: Option<u32>,
     pub(super) impulse_threshold: Option<f64>,
     pub(super) solver: SolverChoice,
+    /// How it is driven, if it is.
+    pub(super) drive: Option<Arc<KeyframedPath>>,
+    pub(super) group: Option<String>,
 }
 
 /// A shape of a body, and the object of the mesh file that it is made of, where each is a body.
@@ -63,6 +75,7 @@ impl ResolveContext<'_> {
         let rotation = self.rotation(&body.rotation, &join(path, "rotation"));
         let shapes = self.shapes(body, path);
         self.motion(body, path);
+        let driven = self.driven(body, path);
         let resolution = body.resolution.unwrap_or_default();
         if body.resolution.is_some()
             && resolution.spacing.is_some() == resolution.particles.is_some()
@@ -72,7 +85,7 @@ impl ResolveContext<'_> {
         let (Some(material), Some(shapes)) = (material, shapes) else {
             return None;
         };
-        let wanted = body.breakable.unwrap_or(!body.fixed && material.breakable);
+        let wanted = body.breakable.unwrap_or(!body.fixed && !driven && material.breakable);
         if wanted {
             let faults = match body.dynamic {
                 Some(_) => material.faults(),
@@ -96,13 +109,17 @@ impl ResolveContext<'_> {
         let mut templates = Vec::with_capacity(shapes.len());
         for ((object, geometry), anchor) in shapes.into_iter().zip(anchors) {
             let strength = Arc::new(strength(self, body, path, &material, &geometry));
-            let position = Vec3::from(body.position);
+            let at_rest = TemplatePlacement { rotation, position: body.position.into(), anchor };
+            let keyframes = self.keyframes(body, at_rest, path);
+            let told = self.errors.len() > before;
+            let drive = if told { None } else { self.path_of(body, &keyframes, path) };
+            let placement = keyframes.first().map_or(at_rest, |(_, placed)| *placed);
             templates.push(BodyTemplate {
                 object,
                 geometry,
                 material: Arc::clone(&material),
                 strength,
-                placement: TemplatePlacement { rotation, position, anchor },
+                placement,
                 velocity: Vec3::from(body.velocity),
                 spin: Vec3::from(body.spin),
                 fixed: body.fixed,
@@ -111,6 +128,8 @@ impl ResolveContext<'_> {
                 particles: resolution.particles,
                 impulse_threshold: body.impulse_threshold,
                 solver: solver.clone(),
+                drive,
+                group: body.group.clone(),
             });
         }
         (self.errors.len() == before).then_some(templates)
@@ -168,18 +187,25 @@ impl ResolveContext<'_> {
     }
 
     fn shapes(&mut self, body: &Body, path: &Path) -> Option<Vec<ObjectGeometry>> {
+        let ways = [
+            ("shape", body.shape.is_some()),
+            ("parts", !body.parts.is_empty()),
+            ("mesh", body.mesh.is_some()),
+        ];
+        let mut written = ways.into_iter().filter(|(_, written)| *written).map(|(key, _)| key);
+        let Some(way) = written.next() else {
+            if self.lacks(path, &["shape", "parts", "mesh"]) {
+                self.wrong(path, "a body needs a `shape`, `parts` or a `mesh`");
+            }
+            return None;
+        };
+        if let Some(second) = written.next() {
+            let message = format!("a body has a `{way}` or a `{second}`, not both");
+            self.wrong(&join(path, second), message);
+            return None;
+        }
         let sources = match (&body.shape, &body.mesh) {
-            (Some(_), Some(_)) => {
-                self.wrong(&join(path, "mesh"), "a body has a `shape` or a `mesh`, not both");
-                return None;
-            }
-            (None, None) => {
-                if self.lacks(path, &["shape", "mesh"]) {
-                    self.wrong(path, "a body needs a `shape` or a `mesh`");
-                }
-                return None;
-            }
-            (Some(shape), None) => {
+            (_, None) => {
                 let several = body.objects != ObjectsChoice::default();
                 let keys = [
                     ("fit", body.fit.is_some()),
@@ -191,17 +217,16 @@ impl ResolveContext<'_> {
                 for (key, _) in keys.into_iter().filter(|(_, written)| *written) {
                     self.wrong(&join(path, key), "is for a `mesh`; a `shape` has its measures");
                 }
-                vec![(None, GeometrySource::Shape(shape.clone()))]
+                vec![(None, self.shape_source(body, path))]
             }
-            (None, Some(mesh)) => self.mesh_sources(body, mesh, path)?,
+            (_, Some(mesh)) => self.mesh_sources(body, mesh, path)?,
         };
         let mut shapes = Vec::with_capacity(sources.len());
         for (object, source) in sources {
             match self.geometries.get(&source, self.files) {
                 Ok(geometry) => shapes.push((object, geometry)),
                 Err(why) => {
-                    let key = if body.mesh.is_some() { "mesh" } else { "shape" };
-                    let key = if body.object.is_some() { "object" } else { key };
+                    let key = if body.object.is_some() { "object" } else { way };
                     let which = object.map(|name| format!("object \"{name}\": "));
                     let message = which.unwrap_or_default() + &why;
                     self.unmade(&join(path, key), message, None);
@@ -210,6 +235,27 @@ impl ResolveContext<'_> {
             }
         }
         Some(shapes)
+    }
+
+    /// What a body of one or several shapes is made from.
+    fn shape_source(&mut self, body: &Body, path: &Path) -> GeometrySource {
+        if let Some(shape) = &body.shape {
+            return GeometrySource::Shape(shape.clone());
+        }
+        let mut parts = Vec::with_capacity(body.parts.len());
+        for (index, part) in body.parts.iter().enumerate() {
+            let path = join(&join(path, "parts"), index);
+            let rotation = self.rotation(&part.rotation, &join(&path, "rotation"));
+            let position = Vec3::from(part.position);
+            if position.amax() > MAX_SIZE {
+                let (most, far) = (tell(MAX_SIZE), tell(position.amax()));
+                let message = format!("each must be at most {most} m; one is {far} m");
+                self.wrong(&join(&path, "position"), message);
+            }
+            let pose = Pose::from_parts(position.into(), rotation);
+            parts.push(PlacedShape { shape: part.shape.clone(), pose });
+        }
+        GeometrySource::Parts(parts)
     }
 
     /// What the body or bodies of a mesh file are made from.

@@ -19,6 +19,8 @@ pub struct Observed {
     pub open_fragments: u64,
     /// Parts that sheets have come to.
     pub sheet_pieces: u64,
+    /// Joints that broke, those of glue counted.
+    pub joints_broken: u64,
     /// Largest relative error of mass \[1\].
     pub mass_rel_error: f64,
     /// Largest relative error of momentum \[1\].
@@ -64,6 +66,7 @@ impl Expect {
             ("failed", self.failed, seen.failed),
             ("open_fragments", self.open_fragments, seen.open_fragments),
             ("sheet_pieces", self.sheet_pieces, seen.sheet_pieces),
+            ("joints_broken", self.joints_broken, seen.joints_broken),
         ];
         for (name, bounds, value) in counts {
             broken.extend(bounds.and_then(|bounds| outside(name, bounds, value)));

@@ -7,6 +7,7 @@
 
 mod body;
 mod bonds;
+mod directed;
 mod dynamic;
 mod fidelity;
 mod generator;
@@ -20,6 +21,10 @@ mod treatment;
 
 pub use body::{Anchor, Axis, Body, ObjectsChoice, RepairChoice, Resolution};
 pub use bonds::{BondAxis, BondNumbers};
+pub use directed::{
+    FieldEntry, FieldForm, GlueEntry, JointEntry, JointForm, KeyframeCurve, PoseKeyframe,
+    ShapePart, WorldBounds,
+};
 pub use dynamic::{BodyPart, Dynamics, SoftGrip};
 pub use fidelity::Fidelity;
 pub use generator::{Grid, Scatter, Stack};
@@ -73,6 +78,15 @@ pub struct Document {
     pub scatter: Vec<Scatter>,
     /// Thin sheets that move and tear for as long as the run lasts.
     pub sheet: Vec<SheetBody>,
+    /// What holds two bodies together: at most 10000 joints.
+    #[schemars(length(max = 10_000))]
+    pub joint: Vec<JointEntry>,
+    /// Bodies that stick together where they touch: at most 256 entries.
+    #[schemars(length(max = 256))]
+    pub glue: Vec<GlueEntry>,
+    /// What acts on bodies from afar: at most 64 fields.
+    #[schemars(length(max = 64))]
+    pub field: Vec<FieldEntry>,
     /// What a run of the scene must show.
     pub expect: Expect,
     /// What the recording of a run holds beside what decides the run.
@@ -118,6 +132,9 @@ pub struct World {
     pub max_generation: u32,
     /// Which fragments can break again, by their size.
     pub tiers: Tiers,
+    /// The box outside of which bodies are removed.
+    #[schemars(extend("x-default" = "bodies stay wherever they go"))]
+    pub bounds: Option<WorldBounds>,
 }
 
 impl Default for World {
@@ -132,6 +149,7 @@ impl Default for World {
             max_bodies: 4000,
             max_generation: 3,
             tiers: Tiers::default(),
+            bounds: None,
         }
     }
 }

@@ -3,6 +3,7 @@
 //! A geometry is made once for all bodies that share it: 200 bricks cost one mesh and one hull.
 
 use super::format::{Axis, RepairChoice, Shape};
+use super::parts::{self, PartsMesh, PlacedShape};
 use super::shape;
 use cullet_document::check::tell;
 use cullet_document::error::nearest;
@@ -48,6 +49,8 @@ const MOST_PICTURE_BYTES: u64 = 64 << 20;
 pub enum GeometrySource {
     /// By measures.
     Shape(Shape),
+    /// Shapes that together are one body.
+    Parts(Vec<PlacedShape>),
     /// From a file.
     Mesh {
         /// Its key.
@@ -184,6 +187,13 @@ impl GeometryCache {
             GeometrySource::Shape(shape) => {
                 let mesh = shape::mesh(shape)?;
                 return finish(mesh, shape::convex(shape), Vec::new());
+            }
+            GeometrySource::Parts(shapes) => {
+                let PartsMesh { mesh, hulls } = parts::mesh(shapes, HULLS)?;
+                let geometry = finish(mesh, true, Vec::new())?;
+                let moved = |hull: Vec<Vec3>| hull.iter().map(|v| v + geometry.origin).collect();
+                let hulls = Arc::new(hulls.into_iter().map(moved).collect());
+                return Ok(BodyGeometry { hulls, ..geometry });
             }
             GeometrySource::Mesh { key, fit, scale, thickness, up, repair, object } => {
                 (key, [*fit, *scale, *thickness], *up, repair, object)

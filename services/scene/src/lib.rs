@@ -7,10 +7,14 @@
 
 mod admission;
 pub mod body;
+mod body_names;
 mod bonds;
 pub mod context;
+mod directed;
 pub mod direction;
+pub mod directions;
 mod expect;
+mod fields;
 pub mod format;
 mod generate;
 pub mod geometry;
@@ -19,7 +23,9 @@ mod load;
 pub mod material;
 mod materials_json;
 mod moving;
+mod names;
 mod overlap;
+pub mod parts;
 mod preflight;
 mod reference;
 pub mod resolve;

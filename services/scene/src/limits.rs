@@ -1,7 +1,7 @@
 //! What must hold between the values of a scene, beyond the range of each.
 
 use super::context::ResolveContext;
-use super::format::{Document, World};
+use super::format::{Document, World, WorldBounds};
 use cullet_document::check::tell;
 use cullet_document::tree::Path;
 use cullet_geometry::Vec3;
@@ -28,6 +28,7 @@ pub(super) fn check(context: &mut ResolveContext<'_>, document: &Document, bodie
         ("failed", e.failed),
         ("open_fragments", e.open_fragments),
         ("sheet_pieces", e.sheet_pieces),
+        ("joints_broken", e.joints_broken),
     ];
     for (name, range) in ranges {
         if let Some((Some(least), Some(most))) = range.map(|range| (range.min, range.max))
@@ -75,6 +76,14 @@ fn world(context: &mut ResolveContext<'_>, world: &World) {
         let (steps, most) = (tell(steps), tell(MAX_STEPS));
         let message = format!("{duration} s would take {steps} steps; at most {most} are taken");
         context.wrong(&path(&["world", "step"]), message);
+    }
+    if let Some(WorldBounds { min, max }) = world.bounds
+        && let Some(axis) = (0..3).find(|&axis| min[axis] >= max[axis])
+    {
+        let (axis, low, high) = (["x", "y", "z"][axis], tell(min[axis]), tell(max[axis]));
+        let message =
+            format!("`min` must be below `max`; along {axis} they are {low} and {high} m");
+        context.wrong(&path(&["world", "bounds"]), message);
     }
     let gravity = Vec3::from(world.gravity);
     if gravity.amax() > MAX_GRAVITY || gravity.norm() > MAX_GRAVITY {

@@ -1,6 +1,7 @@
 //! What is certain of a scene before it runs: that nothing in it can break, or that something only
 //! falls. Everything here is a bound: where it is silent, nothing is promised.
 
+use super::directions::SceneDirections;
 use super::format::World;
 use super::scene::SceneBody;
 use cullet_document::check::tell;
@@ -17,10 +18,19 @@ const PIECES: u32 = 128;
 const MOST_PAIRS: usize = 4_000_000;
 
 /// What is said, a line each.
-pub(super) fn warnings(world: &World, bodies: &[SceneBody], sheets: bool) -> Vec<String> {
-    // A sheet may catch what falls, and is torn whatever bodies do.
-    if bodies.is_empty() || sheets {
+pub(super) fn warnings(
+    world: &World,
+    bodies: &[SceneBody],
+    sheets: bool,
+    directions: &SceneDirections,
+) -> Vec<String> {
+    // A sheet may catch what falls, and is torn whatever bodies do; joints hold bodies, and break.
+    if bodies.is_empty() || sheets || directions.joins() {
         return Vec::new();
+    }
+    if !directions.fields.is_empty() || bodies.iter().any(|body| body.drive.is_some()) {
+        // Who pushes and pulls gives what impulse it likes, and bodies go other ways.
+        return surely_unbreakable(world, bodies).into_iter().collect();
     }
     let ways: Vec<Way> = bodies.iter().map(|body| Way::of(body, world)).collect();
     let lonely = meets_nothing(world, bodies, &ways);
@@ -50,15 +60,26 @@ pub(super) fn own_load(body: &SceneBody, gravity: &[f64; 3]) -> Option<String> {
     })
 }
 
-/// Why nothing in the scene can break, if so.
-fn cannot_break(world: &World, bodies: &[SceneBody], lonely: &[bool]) -> Option<String> {
+/// Why nothing in the scene can break however it moves, if so.
+fn surely_unbreakable(world: &World, bodies: &[SceneBody]) -> Option<String> {
     let why = if bodies.iter().all(|body| body.fixed) {
         "all its bodies are fixed".to_owned()
     } else if !bodies.iter().any(|body| body.breakable) {
         unbreakable(bodies)
     } else if world.max_generation == 0 {
         "world.max_generation is 0, the generation of its bodies".to_owned()
-    } else if bodies.iter().zip(lonely).all(|(body, lonely)| *lonely || !body.breakable) {
+    } else {
+        return None;
+    };
+    Some(format!("nothing in this scene can break: {why}"))
+}
+
+/// Why nothing in the scene can break, if so.
+fn cannot_break(world: &World, bodies: &[SceneBody], lonely: &[bool]) -> Option<String> {
+    if let Some(line) = surely_unbreakable(world, bodies) {
+        return Some(line);
+    }
+    let why = if bodies.iter().zip(lonely).all(|(body, lonely)| *lonely || !body.breakable) {
         let (can, end) = (names(bodies.iter().filter(|body| body.breakable)), tell(world.duration));
         format!("{can} can, and meets nothing in the {end} s of the run")
     } else {
@@ -69,7 +90,7 @@ fn cannot_break(world: &World, bodies: &[SceneBody], lonely: &[bool]) -> Option<
 
 /// What the bodies of a scene are none of which can break.
 fn unbreakable(bodies: &[SceneBody]) -> String {
-    let moving = || bodies.iter().filter(|body| !body.fixed);
+    let moving = || bodies.iter().filter(|body| !body.fixed && body.drive.is_none());
     let tough = || moving().filter(|body| !body.material.breakable);
     let kept = names(moving().filter(|body| body.material.breakable));
     let mut materials: Vec<&str> = tough().map(|body| body.material.name.as_str()).collect();
@@ -80,7 +101,9 @@ fn unbreakable(bodies: &[SceneBody]) -> String {
     });
     let kept = (!kept.is_empty()).then(|| format!("{kept} has `breakable = false`"));
     let fixed = bodies.iter().any(|body| body.fixed).then(|| "what is fixed does not".to_owned());
-    [tough, kept, fixed].into_iter().flatten().collect::<Vec<_>>().join("; ")
+    let driven = bodies.iter().any(|body| body.drive.is_some());
+    let driven = driven.then(|| "what is driven does not".to_owned());
+    [tough, kept, fixed, driven].into_iter().flatten().collect::<Vec<_>>().join("; ")
 }
 
 /// That no hit can be as hard as the least threshold. No contact gives more than twice the momentum

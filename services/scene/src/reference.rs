@@ -1,6 +1,7 @@
 //! The reference of scene files, `docs/scene.md`, written from the schema: what the page says is
 //! what the reader takes.
 
+mod directed;
 mod dynamic;
 mod facts;
 mod keys;

@@ -2,6 +2,7 @@
 
 use super::body::{BodyTemplate, MAX_DISTANCE};
 use super::context::ResolveContext;
+use super::directions::SceneDirections;
 use super::format::{self, Body, Document, Dynamics, Grid, Scatter, SheetBody, Stack};
 use super::generate::{self, Instance};
 use super::material::{self, SceneMaterial};
@@ -10,7 +11,7 @@ use super::scene::{Scene, SceneBody};
 use super::taken::Taken;
 use super::{admission, bonds, limits, overlap, preflight, strength, treatment};
 use cullet_document::check::{Findings, tell};
-use cullet_document::error::{SceneError, nearest, suggest};
+use cullet_document::error::{SceneError, suggest};
 use cullet_document::files::Files;
 use cullet_document::tree::{Node, Path, join, show};
 use serde::de::DeserializeOwned;
@@ -20,7 +21,8 @@ use std::sync::Arc;
 /// Most overlapping pairs reported: the others follow from the first.
 const MAX_OVERLAPS: usize = 10;
 
-/// Longest name of a body, material or generator \[bytes\]: it becomes a topic of the recording.
+/// Longest name of a body, material, generator or group \[bytes\]: it becomes a topic of the
+/// recording.
 pub(super) const MAX_NAME: usize = 80;
 
 /// What was made of a tree.
@@ -50,7 +52,8 @@ pub(super) fn resolve(
     builder.names();
     limits::check(&mut builder.context, &builder.document, builder.bodies.len());
     builder.overlaps();
-    builder.finish()
+    let directions = builder.directions();
+    builder.finish(directions)
 }
 
 fn read_sections(context: &mut ResolveContext<'_>) -> Document {
@@ -151,13 +154,13 @@ pub fn own_material(
     sound.then_some(made)
 }
 
-struct Builder<'a> {
-    context: ResolveContext<'a>,
-    document: Document,
-    bodies: Vec<SceneBody>,
+pub(super) struct Builder<'a> {
+    pub(super) context: ResolveContext<'a>,
+    pub(super) document: Document,
+    pub(super) bodies: Vec<SceneBody>,
     /// Where each body was written.
-    paths: Vec<Path>,
-    moving: Vec<SceneMovingBody>,
+    pub(super) paths: Vec<Path>,
+    pub(super) moving: Vec<SceneMovingBody>,
 }
 
 impl Builder<'_> {
@@ -201,7 +204,8 @@ impl Builder<'_> {
             }
         }
         let absent = std::mem::take(&mut self.context.absent);
-        let absent = absent.into_iter().filter(|(_, name)| !self.may_be_unmade(name)).collect();
+        let lost = self.lost(&self.bodies);
+        let absent = absent.into_iter().filter(|(_, name)| !lost.covers(name)).collect();
         self.context.report_absent(absent, &self.moving);
     }
 
@@ -246,6 +250,10 @@ impl Builder<'_> {
     fn template(&mut self, body: &Body, path: &Path) -> Option<BodyTemplate> {
         if body.dynamic.is_some() {
             self.context.wrong(&join(path, "dynamic"), "only a single `[[body]]` can be dynamic");
+        }
+        if !body.keyframes.is_empty() {
+            let message = "only a single `[[body]]` can be driven by keyframes";
+            self.context.wrong(&join(path, "keyframes"), message);
         }
         self.templates(body, path).and_then(|mut templates| templates.pop())
     }
@@ -363,77 +371,10 @@ impl Builder<'_> {
                 impulse_threshold: template.impulse_threshold,
                 solver: template.solver.clone(),
                 repairs: template.geometry.repairs.clone(),
+                drive: template.drive.clone(),
+                group: template.group.clone(),
             });
             self.paths.push(path.clone());
-        }
-    }
-
-    /// Names are unique, not too long, and expectations name what is there.
-    fn names(&mut self) {
-        let mut known: BTreeSet<String> = BTreeSet::new();
-        for list in ["body", "grid", "stack", "scatter", "sheet"] {
-            for (index, node) in self.context.root.items(list).iter().enumerate() {
-                let path: Path = vec![list.into(), index.into(), "name".into()];
-                let Some(name) = node.get("name").and_then(Node::text) else {
-                    continue;
-                };
-                if name.trim().is_empty() || name.len() > MAX_NAME || name.contains('/') {
-                    let message = format!("a name has 1 to {MAX_NAME} bytes and no slash");
-                    self.context.wrong(&path, message);
-                } else if !known.insert(name.to_owned()) {
-                    self.context.wrong(&path, format!("a second one is called \"{name}\""));
-                }
-            }
-        }
-        let written = known.clone();
-        for (body, path) in self.bodies.iter().zip(&self.paths) {
-            if body.generator.is_some() && !known.insert(body.name.clone()) {
-                let message = format!("makes a second body called \"{}\"", body.name);
-                self.context.wrong(path, message);
-                break;
-            }
-        }
-        self.expected_names(&known, &written);
-    }
-
-    /// Whether a name may be that of a body which could not be made: one of a list of bodies that
-    /// are not there.
-    fn may_be_unmade(&self, name: &str) -> bool {
-        let made: BTreeSet<&str> =
-            self.bodies.iter().filter_map(|body| body.generator.as_deref()).collect();
-        let lists = ["grid", "stack", "scatter"].into_iter();
-        let items = lists.flat_map(|list| self.context.root.items(list));
-        let mut lost =
-            items.map(|item| item.get("name").and_then(Node::text)).filter(|generator| {
-                generator.is_none_or(|generator| {
-                    !made.contains(generator) && name.starts_with(generator)
-                })
-            });
-        let nameless = self.context.root.items("body").iter();
-        let mut nameless = nameless.map(|item| item.get("name").and_then(Node::text));
-        self.context.garbled || lost.next().is_some() || nameless.any(|name| name.is_none())
-    }
-
-    fn expected_names(&mut self, known: &BTreeSet<String>, written: &BTreeSet<String>) {
-        let expect = self.document.expect.clone();
-        let lists = [("broken", &expect.broken), ("unbroken", &expect.unbroken)];
-        let mut named: Vec<(Path, &String)> = Vec::new();
-        for (key, list) in lists {
-            for (index, name) in list.iter().enumerate() {
-                named.push((vec!["expect".into(), key.into(), index.into()], name));
-            }
-        }
-        for name in expect.min_fragments_of.keys() {
-            let path = vec!["expect".into(), "min_fragments_of".into(), name.as_str().into()];
-            named.push((path, name));
-        }
-        for (path, name) in named {
-            if !known.contains(name) && !self.may_be_unmade(name) {
-                let help = nearest(name, written.iter().map(String::as_str))
-                    .map(|near| format!("did you mean `{near}`?"));
-                let message = format!("there is no body \"{name}\"");
-                self.context.wrong_with(&path, message, help);
-            }
         }
     }
 
@@ -443,8 +384,8 @@ impl Builder<'_> {
         }
         let placed: Vec<overlap::Placed<'_>> =
             self.bodies.iter().map(|body| overlap::place(&body.hulls, &body.pose)).collect();
-        let both_fixed = |a: usize, b: usize| self.bodies[a].fixed && self.bodies[b].fixed;
-        let pairs = overlap::overlaps(&placed, MAX_OVERLAPS, both_fixed);
+        let held = |body: usize| self.bodies[body].fixed || self.bodies[body].drive.is_some();
+        let pairs = overlap::overlaps(&placed, MAX_OVERLAPS, |a, b| held(a) && held(b));
         for (first, second) in pairs {
             let (one, two) = (&self.bodies[first].name, &self.bodies[second].name);
             let message = format!("\"{two}\" overlaps \"{one}\" at the start");
@@ -454,7 +395,7 @@ impl Builder<'_> {
         }
     }
 
-    fn finish(mut self) -> Resolved {
+    fn finish(mut self, directions: SceneDirections) -> Resolved {
         for body in &self.bodies {
             let own = body.generator.is_none() || body.mesh_object.is_some();
             let first = own || body.name.ends_with("-0");
@@ -468,7 +409,7 @@ impl Builder<'_> {
             }
         }
         let soft = !self.moving.is_empty();
-        let found = preflight::warnings(&self.document.world, &self.bodies, soft);
+        let found = preflight::warnings(&self.document.world, &self.bodies, soft, &directions);
         self.context.warnings.extend(found);
         let document = self.document;
         let scene = Scene {
@@ -479,6 +420,7 @@ impl Builder<'_> {
             fidelity: document.fidelity,
             bodies: self.bodies,
             moving: self.moving,
+            directions,
             expect: document.expect,
             recording: document.recording,
             view: document.view,

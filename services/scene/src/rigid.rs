@@ -33,7 +33,7 @@ pub fn world_settings(scene: &Scene) -> WorldSettings {
 }
 
 fn length_unit(scene: &Scene) -> f64 {
-    let moving = scene.bodies.iter().filter(|body| !body.fixed);
+    let moving = scene.bodies.iter().filter(|body| !body.fixed && body.drive.is_none());
     let mut sizes: Vec<f64> = moving.map(|body| libm::cbrt(body.volume)).collect();
     sizes.sort_by(f64::total_cmp);
     let typical = sizes.get(sizes.len() / 2).copied().unwrap_or(1.0);
@@ -59,6 +59,7 @@ pub fn spec(body: &SceneBody) -> BodySpec {
         parent: None,
         generation: 0,
         original_volume: None,
+        driven: body.drive.clone(),
     }
 }
 

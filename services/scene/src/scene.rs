@@ -1,5 +1,6 @@
 //! A scene and its bodies, ready for the world.
 
+use super::directions::SceneDirections;
 use super::format::{self, Expect, SolverChoice, View};
 use super::material::SceneMaterial;
 use super::moving::SceneMovingBody;
@@ -7,6 +8,7 @@ use cullet_document::{Bundle, SceneFile};
 use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
 use cullet_model::StrengthField;
+use cullet_world::KeyframedPath;
 use std::sync::Arc;
 
 /// A body of a scene, ready for the world.
@@ -57,6 +59,10 @@ pub struct SceneBody {
     pub solver: SolverChoice,
     /// What was repaired of its mesh, a line each.
     pub repairs: Vec<String>,
+    /// How it is driven; nothing where it moves by its forces.
+    pub drive: Option<Arc<KeyframedPath>>,
+    /// The group that it is in.
+    pub group: Option<String>,
 }
 
 /// A scene, checked and complete.
@@ -76,6 +82,8 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// Bodies that move as they deform: dynamic bodies, then sheets, each in the order of the file.
     pub moving: Vec<SceneMovingBody>,
+    /// Joints, glue and fields.
+    pub directions: SceneDirections,
     /// What the scene must show.
     pub expect: Expect,
     /// What its recording holds.
@@ -104,6 +112,14 @@ impl Scene {
             overrides: self.overrides.clone(),
             files: self.files.clone(),
         }
+    }
+
+    /// Whether anything of it is directed: driven bodies, joints, glue, fields or bounds.
+    #[must_use]
+    pub fn is_directed(&self) -> bool {
+        self.directions != SceneDirections::default()
+            || self.world.bounds.is_some()
+            || self.bodies.iter().any(|body| body.drive.is_some())
     }
 
     /// How many steps the run takes.

@@ -3,6 +3,7 @@
 mod advice;
 mod assembled;
 mod bonds;
+mod directed;
 mod dynamic;
 mod objects;
 mod plasticity;
@@ -16,7 +17,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 43] = [
+const SHIPPED: [&str; 46] = [
     "pot",
     "four-shapes",
     "bullet",
@@ -60,6 +61,9 @@ const SHIPPED: [&str; 43] = [
     "garment",
     "pierced",
     "spiral",
+    "mortar",
+    "facade",
+    "tea",
 ];
 
 fn scenes() -> PathBuf {

@@ -4,6 +4,7 @@
 //! and the viewer: `web/` bundled with three.js into `assets/viewer.js` by `npm run build` there.
 //! The bundle is in the repository, so that nothing but a browser is needed to look.
 
+mod directed;
 mod page;
 mod run;
 mod sweep;

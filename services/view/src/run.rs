@@ -1,5 +1,6 @@
 //! The page of a run: what the recording says, as the viewer reads it.
 
+use crate::directed::directed_figures;
 use crate::page::{packed, page};
 use cullet_proto::recording::{
     Body, EventKind, JobReport, Ledger, NewShape, RunEvent, Sampled, Tier,
@@ -200,6 +201,9 @@ fn figures(summary: &Summary) -> Vec<(&'static str, String)> {
         rows.extend(volume.map(|text| ("sampled share of the broken volume", text)));
         let area = shares.sampled_crack_area.map(percent);
         rows.extend(area.map(|text| ("sampled share of the crack area", text)));
+    }
+    if let Some(directed) = &summary.directed {
+        rows.extend(directed_figures(directed));
     }
     let solvers = summary.solvers.iter().map(|(solver, jobs)| format!("{solver} {jobs}"));
     rows.extend([

@@ -6,6 +6,7 @@ use crate::mass::{extents, lever, reach, rounding, sound_inertia};
 use crate::material::{Bound, ContactMaterial};
 use crate::measure::BodyMeasure;
 use crate::motion::Motion;
+use crate::path::KeyframedPath;
 use crate::settings::Tiers;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
 use std::sync::{Arc, OnceLock};
@@ -66,6 +67,10 @@ pub struct BodySpec {
     pub spin: Vec3,
     /// Never moves.
     pub fixed: bool,
+    /// Moves along this path alone: it pushes others and nothing moves it, as if it were infinitely
+    /// heavy. `pose`, `velocity` and `spin` are then taken from the path; it may be neither `fixed`
+    /// nor `breakable`.
+    pub driven: Option<Arc<KeyframedPath>>,
     /// May hits break it?
     pub breakable: bool,
     /// Least strength anywhere in it over its material's \[1\], flaws apart.
@@ -111,6 +116,8 @@ pub struct BodyView<'a> {
     pub tier: Tier,
     /// Never moves.
     pub fixed: bool,
+    /// Moves along keyframes alone.
+    pub driven: bool,
     /// May it break (its tier and generation allow it, and its scene does)?
     pub breakable: bool,
     /// Is it at rest and out of the engine's sight?
@@ -152,6 +159,7 @@ pub(crate) struct Body {
     /// Least extent of the box \[m\].
     pub(crate) thickness: f64,
     pub(crate) fixed: bool,
+    pub(crate) driven: Option<Arc<KeyframedPath>>,
     pub(crate) breakable: bool,
     pub(crate) weakest: f64,
     pub(crate) threshold: Option<f64>,
@@ -219,6 +227,7 @@ impl Body {
             reach,
             thickness: extents(spec.solid.mesh.vertices.iter()).min(),
             fixed: spec.fixed,
+            driven: spec.driven.clone(),
             breakable: spec.breakable && tier.breakable() && spec.generation < limit,
             weakest: spec.weakest,
             threshold: spec.threshold,
@@ -229,6 +238,11 @@ impl Body {
             blow: Blow { count: spec.generation, strikers: Vec::new() },
             measure: OnceLock::new(),
         })
+    }
+
+    /// Does no contact and no joint move it?
+    pub(crate) fn immovable(&self) -> bool {
+        self.fixed || self.driven.is_some()
     }
 
     /// Its sizes, worked out once.
@@ -258,7 +272,7 @@ impl Body {
     /// How much a unit impulse along `n` at `point` speeds up that point [1/kg]:
     /// 1/m + n·[I⁻¹(r×n)]×r  [Gate 0].
     pub(crate) fn mobility(&self, motion: &Motion, point: &Vec3, n: &Vec3) -> f64 {
-        if self.fixed {
+        if self.immovable() {
             return 0.0;
         }
         let arm = (point - motion.centre()).cross(n);
@@ -298,6 +312,10 @@ impl BodySpec {
     pub fn check(&self) -> Result<(), WorldError> {
         if let Some(Bound { what, value, low, high }) = self.material.fault() {
             return Err(WorldError::OutOfRange { name: self.name.clone(), what, value, low, high });
+        }
+        if self.driven.is_some() && (self.fixed || self.breakable) {
+            let what = if self.fixed { "fixed" } else { "breakable" };
+            return Err(WorldError::Driven { name: self.name.clone(), what });
         }
         let mesh = &self.solid.mesh;
         let corners = mesh.vertices.len();

@@ -56,6 +56,14 @@ pub enum WorldError {
         /// What is wrong with it.
         why: &'static str,
     },
+    /// A body on a path is also something that a path rules out.
+    #[error("body {name:?} is driven by keyframes; it must not be {what}")]
+    Driven {
+        /// The body's name.
+        name: String,
+        /// What it also is.
+        what: &'static str,
+    },
     /// The budget of bodies is spent.
     #[error("there would be {count} bodies; the limit max_bodies is {limit}")]
     TooManyBodies {
@@ -108,6 +116,9 @@ pub enum ReplaceError {
     /// No such body (any more).
     #[error("there is no body {0}")]
     Unknown(BodyId),
+    /// A body that moves by keyframes keeps its shape.
+    #[error("body {0} is driven by keyframes; it is neither broken nor reshaped")]
+    Driven(BodyId),
     /// Fewer than two pieces: nothing separated.
     #[error("{0} pieces are no fracture; at least two are needed")]
     TooFew(usize),

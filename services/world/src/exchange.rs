@@ -78,6 +78,11 @@ pub(crate) struct Rest {
 }
 
 impl Rest {
+    /// The impulse of all friction \[N·s\].
+    pub(crate) fn linear(&self) -> Vec3 {
+        self.rest.linear
+    }
+
     /// What belongs to a contact of that many \[N·s\] by its share of the impulse.
     fn part(&self, impulse: f64) -> Exchange {
         self.rest.scaled(impulse / self.impulse)
@@ -97,12 +102,17 @@ impl Rest {
     }
 }
 
-/// What each contact did to both of its bodies over a step; `rests` has the bodies that move.
+/// What each contact did to both of its bodies over a step; `rests` has the bodies that move, and
+/// `driven` the motions of those that are driven.
 ///
 /// A body with one contact got all its friction there, and its partner the opposite at the contact
 /// point, so the tree of contacts is peeled from its leaves; what is left over goes to the last
 /// contact of a body. Around a ring each body's friction is shared out by the normal impulses.
-pub(crate) fn received(contacts: &[Contact], mut rests: BTreeMap<u32, Rest>) -> Vec<[Received; 2]> {
+pub(crate) fn received(
+    contacts: &[Contact],
+    mut rests: BTreeMap<u32, Rest>,
+    driven: &BTreeMap<u32, Motion>,
+) -> Vec<[Received; 2]> {
     let normal = |c: &Contact, side: usize| match side {
         0 => Exchange { linear: -c.on_b, torque: c.torque_a },
         _ => Exchange { linear: c.on_b, torque: c.torque_b },
@@ -138,20 +148,40 @@ pub(crate) fn received(contacts: &[Contact], mut rests: BTreeMap<u32, Rest>) -> 
                 }
                 got
             }
-            None => Received { exchange: normal(c, 1 - side), taken: 0.0 },
+            None => from_driver(c, partner, normal(c, 1 - side), &linear, driven),
         });
     }
     let shared = |rests: &BTreeMap<u32, Rest>, c: &Contact, side: usize| {
         let mut rest = rests.get([&c.a, &c.b][side]).copied();
         let got =
             rest.as_mut().map(|rest| rest.hand(c.impulse, rest.part(c.impulse), normal(c, side)));
-        got.unwrap_or(Received { exchange: normal(c, side), taken: 0.0 })
+        let other = rests.get([&c.b, &c.a][side]).map(|rest| -rest.part(c.impulse).linear);
+        let rub = other.unwrap_or_else(Vec3::zeros);
+        got.unwrap_or_else(|| from_driver(c, [c.a, c.b][side], normal(c, side), &rub, driven))
     };
     let both = contacts.iter().zip(sides);
     both.map(|(c, [one, two])| {
         [one.unwrap_or_else(|| shared(&rests, c, 0)), two.unwrap_or_else(|| shared(&rests, c, 1))]
     })
     .collect()
+}
+
+/// What a body that nothing moves got: of a driven one with the friction, and with the work that it
+/// did; of a fixed one the normal impulses alone.
+fn from_driver(
+    contact: &Contact,
+    id: u32,
+    normal: Exchange,
+    rub: &Vec3,
+    driven: &BTreeMap<u32, Motion>,
+) -> Received {
+    let Some(motion) = driven.get(&id) else {
+        return Received { exchange: normal, taken: 0.0 };
+    };
+    let arm = contact.moment / contact.impulse - motion.centre();
+    let mut exchange = normal;
+    exchange.add(&Exchange { linear: *rub, torque: arm.cross(rub) });
+    Received { exchange, taken: -exchange.work(&motion.velocity, &motion.spin) }
 }
 
 /// A body's mass, inertia in the world frame, and motion before and after a step.
@@ -197,8 +227,23 @@ pub(crate) fn sums(contacts: &[Contact]) -> BTreeMap<u32, Normals> {
     sums
 }
 
-/// The balance of a body over a step: change of motion − gravity − free turning − normal impulses.
-pub(crate) fn rest(body: &Stepped, gravity: &Vec3, dt: f64, normal: &Normals) -> Rest {
+impl Normals {
+    /// Are they of one contact?
+    pub(crate) fn single(&self) -> bool {
+        self.contacts == 1
+    }
+}
+
+/// The balance of a body over a step: change of motion − gravity (with fields) − free turning −
+/// normal impulses − what its joints gave it.
+pub(crate) fn rest(
+    body: &Stepped,
+    gravity: &Vec3,
+    dt: f64,
+    normal: &Normals,
+    held: Option<&Exchange>,
+) -> Rest {
+    let held = held.copied().unwrap_or_else(Exchange::zero);
     let spin = body.before.spin;
     let free = -spin.cross(&(body.inertia * spin)) * dt;
     let linear = (body.after.velocity - body.before.velocity - gravity * dt) * body.mass;
@@ -210,8 +255,8 @@ pub(crate) fn rest(body: &Stepped, gravity: &Vec3, dt: f64, normal: &Normals) ->
         + Exchange { linear, torque }.work(&velocity, &mean_spin);
     Rest {
         rest: Exchange {
-            linear: linear - normal.exchange.linear,
-            torque: torque - normal.exchange.torque,
+            linear: linear - normal.exchange.linear - held.linear,
+            torque: torque - normal.exchange.torque - held.torque,
         },
         energy: body.gained() - done,
         impulse: normal.impulse,

@@ -26,7 +26,7 @@ pub struct Hit {
     pub other_point: Vec3,
     /// What a solver needs.
     pub impact: Impact,
-    /// Effective mass m* of the pair at the contact \[kg\].
+    /// Effective mass m* of the pair at the contact, each without what joints hold it to \[kg\].
     pub effective_mass: f64,
     /// Greatest Hertz force \[N\].
     pub peak_force: f64,
@@ -34,8 +34,10 @@ pub struct Hit {
     pub exchanged: Exchange,
     /// What it has put into `other`.
     pub exchanged_other: Exchange,
-    /// `other` never moves.
+    /// `other` never moves, or moves by keyframes alone.
     pub fixed_other: bool,
+    /// Velocity of `other` where they touched, if it is driven by keyframes \[m/s\].
+    pub driven_at: Option<Vec3>,
     /// Orientation of `body` at the first touch.
     pub orientation: Quat,
     /// Angular velocity of `body` then, in its own frame \[rad/s\].
@@ -131,7 +133,8 @@ pub(crate) fn hits(outcome: &EpisodeOutcome, one: &Party<'_>, two: &Party<'_>) -
         peak_force: h.force,
         exchanged: me.exchanged,
         exchanged_other: you.exchanged,
-        fixed_other: you.body.fixed,
+        fixed_other: you.body.immovable(),
+        driven_at: you.body.driven.as_ref().map(|_| you.motion.velocity_at(point)),
         orientation: me.motion.pose.rotation,
         spin: me.motion.pose.rotation.inverse() * me.motion.spin,
         lever: you.motion.pose.rotation * yours,

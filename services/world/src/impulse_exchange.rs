@@ -44,6 +44,8 @@ pub(crate) struct Striker {
     /// Of a support: the impulse that the solver had it give the pieces at `point`, as the body
     /// lies now \[N·s\].
     pub(crate) reaction: Option<Vec3>,
+    /// Of a driven one: its id, and its velocity there \[m/s\].
+    pub(crate) driven: Option<(u32, Vec3)>,
 }
 
 impl Striker {
@@ -54,6 +56,8 @@ impl Striker {
 
 /// The state before: the broken body, its fragments at rest relative to it, and the strikers.
 pub(crate) struct ReplacementProblem {
+    /// What all velocities are measured against: that of a driven striker \[m/s\].
+    pub(crate) frame: Vec3,
     /// The broken body as the engine left it.
     pub(crate) body: Part,
     /// It never moved before it broke.

@@ -23,7 +23,7 @@ pub(crate) fn sunk(world: &WorldState) -> Vec<String> {
         let (light, heavy) = if a.mass < b.mass { (a, b) } else { (b, a) };
         let ratio = heavy.mass / light.mass;
         let share = depth / libm::cbrt(light.volume);
-        let sunk = !heavy.fixed && ratio > CARRIED && share > SUNK;
+        let sunk = !heavy.immovable() && ratio > CARRIED && share > SUNK;
         sunk.then(|| {
             format!(
                 "{} and {} overlap by {depth:.3e} m, {share:.2} of its size: the other has \
@@ -39,7 +39,7 @@ pub(crate) fn sunk(world: &WorldState) -> Vec<String> {
 pub(crate) fn check_places(world: &mut WorldState) -> Result<(), WorldError> {
     let (bodies, step) = (&world.bodies, world.settings.step);
     world.frozen.keep(|id| bodies.contains_key(&id));
-    for (&id, body) in bodies.iter().filter(|(_, body)| !body.fixed) {
+    for (&id, body) in bodies.iter().filter(|(_, body)| !body.immovable()) {
         let (Some(before), Some(after)) = (world.rigid.before(id), world.rigid.motion(id)) else {
             continue;
         };

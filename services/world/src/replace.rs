@@ -9,7 +9,10 @@ use crate::impact::Hit;
 use crate::impulse_exchange::{
     InsufficientEnergy, ReplacementProblem, ReplacementSolution, Striker, exchange_impulses,
 };
+use crate::joints::take_out_of;
 use crate::motion::Motion;
+use crate::rejoin::rejoin;
+use crate::removal::forget;
 use crate::rigid::{BadPart, Fit, Shape};
 use crate::state::WorldState;
 use crate::strikers::{find_strikers, moving_parts, remaining_budgets, supporting_strikers};
@@ -62,7 +65,8 @@ pub struct Replacement {
     pub momentum_rel_error: f64,
     /// The same for angular momentum about the world's origin \[1\].
     pub angular_momentum_rel_error: f64,
-    /// Kinetic energy of the pair before the hit \[J\], and no more than what it is now and what
+    /// Kinetic energy of the pair before the hit \[J\], as all energies in the frame of the striker
+    /// where that is driven by keyframes; and no more than what it is now and what
     /// the contacts took out of it and no other replacement has spent. Of late fragments: the
     /// latter.
     pub energy_before: f64,
@@ -72,6 +76,10 @@ pub struct Replacement {
     pub fracture_energy: f64,
     /// max(0, after + paid − before) / before \[1\].
     pub energy_gain_rel: f64,
+    /// Joints that hold fragments in place of those that held the body.
+    pub joints_kept: usize,
+    /// Joints of the body that hold no fragment.
+    pub joints_lost: usize,
 }
 
 /// The pieces must fill the body to this share.
@@ -122,6 +130,9 @@ pub(crate) fn break_up(
     let unknown = ReplaceError::Unknown(body);
     let parent = world.bodies.get(&body.0).cloned().ok_or_else(|| unknown.clone())?;
     let motion = world.rigid.motion(body.0).ok_or(unknown)?;
+    if parent.driven.is_some() {
+        return Err(ReplaceError::Driven(body));
+    }
     check(world, &parent, &breakage)?;
     let Breakage { pieces, grains, reactions, fracture_energy, meets_again } = breakage;
     let own = pieces.iter().map(|p| (p.velocity, p.spin));
@@ -145,7 +156,13 @@ pub(crate) fn break_up(
     let tiers = draft.bodies.iter().map(|child| child.tier).collect();
     let volumes = draft.bodies.iter().map(|child| child.volume);
     let volume: f64 = volumes.chain(grains.iter().map(|grain| grain.volume)).sum();
+    let offsets: Vec<Vec3> =
+        draft.poses.iter().map(|pose| motion.pose.inv_mul(pose).translation.vector).collect();
+    let held = take_out_of(world, body.0);
     let fragments = put_in(world, body.0, draft, &solution, &problem.strikers);
+    let placed: Vec<(u32, Vec3)> = fragments.iter().map(|id| id.0).zip(offsets).collect();
+    let rejoined = rejoin(world, held, body.0, &placed);
+    book_drivers(world, &problem, &solution);
     record_pending(world, &problem, hits, &energy_budgets, &solution, &fragments);
     let specks = &solution.fragments[fragments.len()..];
     let ids = world.debris.scatter(body.0, &grains, specks);
@@ -153,6 +170,7 @@ pub(crate) fn break_up(
     report.grains = ids;
     report.grain_mass = specks.iter().map(|part| part.mass).sum();
     report.tiers = tiers;
+    (report.joints_kept, report.joints_lost) = (rejoined.kept, rejoined.lost);
     report.volume_rel_error = (volume / parent.volume - 1.0).abs();
     Ok(report)
 }
@@ -174,9 +192,15 @@ pub(crate) fn solve_exchange(
     let supported: f64 = reactions.iter().map(|reaction| reaction.support.dissipated).sum();
     let first = hits.first();
     let turned = |hit: &Hit| hit.orientation * motion.pose.rotation.inverse();
+    let frame = driver_frame(hits);
+    let mut whole = whole;
+    whole.velocity -= frame;
+    let mut parts = parts;
+    parts.values_mut().for_each(|part| part.velocity -= frame);
     let problem = ReplacementProblem {
+        frame,
         body: whole,
-        fixed: parent.fixed,
+        fixed: parent.immovable(),
         fragments,
         loose,
         given,
@@ -187,11 +211,36 @@ pub(crate) fn solve_exchange(
         back: first.map_or_else(Quat::identity, turned),
         late: first.is_some_and(|hit| hit.step < world.steps),
     };
-    let solution =
+    let mut solution =
         exchange_impulses(&problem).map_err(|InsufficientEnergy { available, payable }| {
             ReplaceError::Unaffordable { fracture_energy: cost, available, payable }
         })?;
+    solution.fragments.iter_mut().for_each(|part| part.velocity += frame);
+    solution.parts.values_mut().for_each(|part| part.velocity += frame);
     Ok(Exchanged { problem, solution, energy_budgets })
+}
+
+/// Velocity of the driven striker that hit hardest \[m/s\]: what it does to the body it could do in
+/// its own frame, in which it has no energy to give.
+fn driver_frame(hits: &[Hit]) -> Vec3 {
+    let driven = hits.iter().filter_map(|hit| Some((hit.impact.impulse, hit.driven_at?)));
+    let hardest = driven.max_by(|one, other| one.0.total_cmp(&other.0));
+    hardest.map_or_else(Vec3::zeros, |(_, velocity)| velocity)
+}
+
+/// Books what driven strikers did more, or less, than the engine had them do.
+pub(crate) fn book_drivers(
+    world: &mut WorldState,
+    problem: &ReplacementProblem,
+    solution: &ReplacementSolution,
+) {
+    for (striker, (net, _)) in problem.strikers.iter().zip(&solution.nets) {
+        if let Some((id, velocity)) = striker.driven {
+            let more = (net.linear - striker.mine.linear).dot(&velocity);
+            world.flows.driven_work += more;
+            *world.driven_work.entry(id).or_insert(0.0) += more;
+        }
+    }
 }
 
 fn check(world: &WorldState, parent: &Body, breakage: &Breakage) -> Result<(), ReplaceError> {
@@ -277,6 +326,7 @@ fn make_bodies(
             velocity: Vec3::zeros(),
             spin: Vec3::zeros(),
             fixed: false,
+            driven: None,
             breakable: parent.breakable,
             weakest: parent.weakest,
             threshold: parent.threshold,
@@ -304,11 +354,7 @@ fn put_in(
     solution: &ReplacementSolution,
     strikers: &[Striker],
 ) -> Vec<BodyId> {
-    world.rigid.remove(body);
-    world.bodies.remove(&body);
-    world.episodes.forget(body);
-    world.settling.end(body);
-    world.replaced.drop_pending(body);
+    forget(world, body);
     let mut ids = Vec::with_capacity(draft.bodies.len());
     let placed = draft.bodies.into_iter().zip(draft.shapes).zip(draft.poses);
     for (((child, shape), pose), part) in placed.zip(&solution.fragments) {
@@ -380,7 +426,8 @@ pub(crate) fn audit(
     fragments: &[BodyId],
 ) -> Replacement {
     let now = |id: u32| {
-        let (body, motion) = (world.bodies.get(&id)?, world.rigid.motion(id)?);
+        let (body, mut motion) = (world.bodies.get(&id)?, world.rigid.motion(id)?);
+        motion.velocity -= problem.frame;
         Some(Part::new(body, &motion))
     };
     let pieces: Vec<Part> = fragments.iter().filter_map(|id| now(id.0)).collect();
@@ -388,8 +435,9 @@ pub(crate) fn audit(
     let old: Vec<Part> = problem.parts.values().copied().collect();
     let own = if problem.fixed { &[][..] } else { std::slice::from_ref(&problem.body) };
     let before = sum(old.iter().chain(own));
-    let specks = &solution.fragments[fragments.len()..];
-    let pieces: Vec<Part> = pieces.iter().chain(specks).copied().collect();
+    let specks = solution.fragments[fragments.len()..].iter();
+    let specks = specks.map(|part| Part { velocity: part.velocity - problem.frame, ..*part });
+    let pieces: Vec<Part> = pieces.into_iter().chain(specks).collect();
     let after = sum(pieces.iter().chain(&others));
     let all: Vec<Part> = old.iter().chain(own).chain(&pieces).chain(&others).copied().collect();
     let (linear, angular) = drift(&before, &after, &solution.sink, &all);
@@ -411,6 +459,8 @@ pub(crate) fn audit(
         energy_after: after.kinetic,
         fracture_energy: paid,
         energy_gain_rel: ratio(gain, start),
+        joints_kept: 0,
+        joints_lost: 0,
     }
 }
 

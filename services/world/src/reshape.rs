@@ -8,7 +8,8 @@ use crate::id::BodyId;
 use crate::impact::Hit;
 use crate::motion::Motion;
 use crate::replace::{
-    ExchangeInput, Exchanged, Replacement, audit, record_pending, solve_exchange, still,
+    ExchangeInput, Exchanged, Replacement, audit, book_drivers, record_pending, solve_exchange,
+    still,
 };
 use crate::rigid::{BadPart, Fit, Shape};
 use crate::state::WorldState;
@@ -48,6 +49,9 @@ pub(crate) fn reshape(
     let unknown = ReplaceError::Unknown(id);
     let old = world.bodies.get(&id.0).cloned().ok_or_else(|| unknown.clone())?;
     let motion = world.rigid.motion(id.0).ok_or(unknown)?;
+    if old.driven.is_some() {
+        return Err(ReplaceError::Driven(id));
+    }
     check(&new)?;
     let made = make_body(world, &old, &motion, &new)?;
     if old.fixed {
@@ -78,6 +82,7 @@ pub(crate) fn reshape(
         world.rigid.suppress_contacts(&[id.0.max(other)], &[id.0.min(other)]);
     }
     world.replaced.add_to_sink(&solution.sink);
+    book_drivers(world, &problem, &solution);
     record_pending(world, &problem, hits, &energy_budgets, &solution, &[id]);
     let mut report = audit(world, &problem, &solution, &[id]);
     report.volume_rel_error = (volume / old.volume - 1.0).abs();
@@ -112,6 +117,7 @@ fn make_body(
         velocity: Vec3::zeros(),
         spin: Vec3::zeros(),
         fixed: old.fixed,
+        driven: None,
         breakable: old.breakable,
         weakest: old.weakest,
         threshold: old.threshold,
@@ -135,6 +141,8 @@ fn make_body(
 /// \[rad/s\].
 fn put_shape(world: &mut WorldState, id: BodyId, made: Remade, (velocity, spin): (Vec3, Vec3)) {
     let Remade { body, shape, pose } = made;
+    let held = world.joints.of_body(id.0);
+    held.iter().for_each(|&joint| world.rigid.unjoin(joint));
     world.rigid.remove(id.0);
     world.episodes.forget(id.0);
     world.settling.end(id.0);
@@ -142,6 +150,11 @@ fn put_shape(world: &mut WorldState, id: BodyId, made: Remade, (velocity, spin):
     let damping = if body.tier == Tier::Whole { 0.0 } else { world.settings.debris_damping };
     world.rigid.insert(id.0, &body, shape, &Motion { pose, velocity, spin }, damping);
     world.bodies.insert(id.0, body);
+    for joint in held {
+        if let Some(own) = world.joints.all.get(&joint) {
+            world.rigid.join(joint, own);
+        }
+    }
 }
 
 /// A body that never moves keeps its place, and what its contacts took out of the motion pays.

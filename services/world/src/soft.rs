@@ -17,8 +17,8 @@ pub struct BodyForWindow {
     pub reach: f64,
     /// Coulomb's coefficient of its surface \[1\].
     pub friction: f64,
-    /// Its mass \[kg\] and inertia about its centre in its own frame \[kg·m²\]; `None`: it never
-    /// moves.
+    /// Its mass \[kg\] and inertia about its centre in its own frame \[kg·m²\], as if no joint held
+    /// it; `None`: it never moves, or on its path alone, which a window does not know.
     pub inertia: Option<(f64, Mat3)>,
     /// Whether it touches another body of the rigid world, as of the last step.
     pub touching: bool,
@@ -30,14 +30,14 @@ pub(crate) fn body_for_window(world: &WorldState, id: BodyId) -> Option<BodyForW
         parts: world.rigid.corners(id.0),
         reach: body.reach,
         friction: body.material.friction,
-        inertia: (!body.fixed).then_some((body.mass, body.inertia)),
+        inertia: (!body.immovable()).then_some((body.mass, body.inertia)),
         touching: world.rigid.touches(id.0),
     })
 }
 
 /// Gives a body an impulse; whether it is there and can move.
 pub(crate) fn push(world: &mut WorldState, id: BodyId, given: &Exchange) -> bool {
-    let Some(body) = world.bodies.get(&id.0).filter(|body| !body.fixed) else { return false };
+    let Some(body) = world.bodies.get(&id.0).filter(|body| !body.immovable()) else { return false };
     let Some(Motion { pose, velocity, spin }) = world.rigid.motion(id.0) else { return false };
     if given.linear == Vec3::zeros() && given.torque == Vec3::zeros() {
         return true;
@@ -50,10 +50,10 @@ pub(crate) fn push(world: &mut WorldState, id: BodyId, given: &Exchange) -> bool
 
 /// Puts a body where a window has it at the end of the step just taken. Its velocity and its
 /// angular momentum stay. Not so a body that touches another of the rigid world: its window could
-/// not know. Whether it was put there.
+/// not know; nor one that joints hold. Whether it was put there.
 pub(crate) fn lead(world: &mut WorldState, id: BodyId, pose: &Pose) -> bool {
-    let there = world.bodies.get(&id.0).is_some_and(|body| !body.fixed);
-    if !there || world.rigid.touches(id.0) {
+    let there = world.bodies.get(&id.0).is_some_and(|body| !body.immovable());
+    if !there || world.rigid.touches(id.0) || world.joints.of.contains_key(&id.0) {
         return false;
     }
     world.rigid.place(id.0, pose);

@@ -6,11 +6,13 @@ use crate::episode::Episodes;
 use crate::exchange::PendingExchange;
 use crate::frozen::Frozen;
 use crate::grains::Debris;
-use crate::ledger::Sink;
+use crate::joint_store::Joints;
+use crate::ledger::{Flows, Sink};
 use crate::resting::Resting;
 use crate::rigid::Rigid;
 use crate::settings::WorldSettings;
 use crate::settling::Settling;
+use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 
 /// The state of a world.
@@ -28,6 +30,15 @@ pub(crate) struct WorldState {
     pub(crate) next_id: u32,
     pub(crate) frozen: Frozen,
     pub(crate) steps: u64,
+    pub(crate) joints: Joints,
+    /// What came in and went out so far.
+    pub(crate) flows: Flows,
+    /// Work of each driven body on the others \[J\].
+    pub(crate) driven_work: BTreeMap<u32, f64>,
+    /// Accelerations of the next step, beside gravity \[m/s²\].
+    pub(crate) fields: BTreeMap<u32, Vec3>,
+    /// Those of the last one.
+    pub(crate) last_fields: BTreeMap<u32, Vec3>,
 }
 
 /// What replacements leave behind.
@@ -68,6 +79,11 @@ impl WorldState {
             next_id: 0,
             frozen: Frozen::default(),
             steps: 0,
+            joints: Joints::default(),
+            flows: Flows::default(),
+            driven_work: BTreeMap::new(),
+            fields: BTreeMap::new(),
+            last_fields: BTreeMap::new(),
         }
     }
 

@@ -3,10 +3,12 @@
 use crate::body::Body;
 use crate::episode::Episode;
 use crate::error::WorldError;
-use crate::exchange::{Received, Stepped, received, rest, sums};
+use crate::exchange::{Received, received, rest, sums};
 use crate::id::BodyId;
 use crate::impact::{EpisodeOutcome, Hit, Party, effective_mass, hits};
+use crate::loads::{StepLoads, acceleration, joint_work, stepped};
 use crate::places::check_places;
+use crate::retake::{Advance, advance};
 use crate::rigid::Contact;
 use crate::state::WorldState;
 
@@ -14,13 +16,13 @@ use crate::state::WorldState;
 pub(crate) fn step(world: &mut WorldState) -> Result<Vec<Hit>, WorldError> {
     let start = world.time();
     world.steps += 1;
-    world.rigid.step().map_err(|_| WorldError::Engine { step: world.steps })?;
-    check_finite(world)?;
+    let Advance { contacts, loads } = advance(world)?;
     check_places(world)?;
     let WorldState { settings, rigid, debris, .. } = &mut *world;
     debris.advance(&settings.gravity, settings.step, rigid);
-    let contacts = world.rigid.contacts();
-    follow(world, &contacts, start);
+    let received = received_over_step(world, &contacts, &loads);
+    follow(world, &contacts, &received, start);
+    book(world, &contacts, &received, &loads);
     see_who_settles(world);
     let settings = &world.settings;
     let over = world.episodes.take_over(world.time(), settings.resting_speed, settings.episode);
@@ -30,26 +32,13 @@ pub(crate) fn step(world: &mut WorldState) -> Result<Vec<Hit>, WorldError> {
     Ok(hits)
 }
 
-fn check_finite(world: &WorldState) -> Result<(), WorldError> {
-    let lost = world.rigid.quarantined().or_else(|| {
-        let finite = |id: u32| world.rigid.motion(id).is_none_or(|m| m.finite());
-        world.bodies.keys().copied().find(|&id| !finite(id))
-    });
-    let name = |id: u32| world.bodies.get(&id).map_or_else(String::new, |body| body.name.clone());
-    match lost {
-        Some(id) => Err(WorldError::NotFinite { name: name(id), step: world.steps }),
-        None => Ok(()),
-    }
-}
-
 /// Opens episodes and takes in one step of those that are open.
-fn follow(world: &mut WorldState, contacts: &[Contact], start: f64) {
+fn follow(world: &mut WorldState, contacts: &[Contact], received: &[[Received; 2]], start: f64) {
     world.episodes.begin_step();
     let longest = (world.settings.episode / world.settings.step).ceil() as u64 + 2;
     world.resting.forget(world.steps.saturating_sub(longest));
-    let received = received_over_step(world, contacts);
-    let (dt, gravity) = (world.settings.step, world.settings.gravity);
-    for (contact, received) in contacts.iter().zip(&received) {
+    let dt = world.settings.step;
+    for (contact, received) in contacts.iter().zip(received) {
         let pair = (contact.a, contact.b);
         let (Some(a), Some(b)) = (world.bodies.get(&pair.0), world.bodies.get(&pair.1)) else {
             continue;
@@ -61,8 +50,11 @@ fn follow(world: &mut WorldState, contacts: &[Contact], start: f64) {
         let Some(n) = contact.on_b.try_normalize(0.0) else {
             continue;
         };
-        let fall = |body: &Body| if body.fixed { 0.0 } else { gravity.dot(&n) };
-        let closing_gain = (fall(a) - fall(b)).max(0.0) * dt;
+        let fall = |id: u32, body: &Body| {
+            if body.immovable() { 0.0 } else { acceleration(world, id).dot(&n) }
+        };
+        let (fall_a, fall_b) = (fall(pair.0, a), fall(pair.1, b));
+        let closing_gain = (fall_a - fall_b).max(0.0) * dt;
         let speed = contact.closing_speed();
         let fresh = !world.episodes.open.contains_key(&pair);
         world.settling.touch(pair.0, &before_a);
@@ -81,9 +73,9 @@ fn follow(world: &mut WorldState, contacts: &[Contact], start: f64) {
             }
             // Gravity works until they touch: for the time that the gap takes in this step, and
             // in the last one for as long as they moved.
-            let late = |id: u32, body: &Body| fall(body) * dt * (1.0 - world.rigid.moved(id));
+            let late = |id: u32, fall: f64| fall * dt * (1.0 - world.rigid.moved(id));
             let early = (contact.gap() / (speed * dt)).min(1.0);
-            let touch = speed + early * closing_gain - late(pair.0, a) + late(pair.1, b);
+            let touch = speed + early * closing_gain - late(pair.0, fall_a) + late(pair.1, fall_b);
             world.episodes.open(contact, start, [before_a, before_b], touch);
             world.settling.end(pair.0);
             world.settling.end(pair.1);
@@ -105,20 +97,51 @@ fn see_who_settles(world: &mut WorldState) {
 }
 
 /// What both bodies of each pair received from their contact over the last step.
-fn received_over_step(world: &WorldState, contacts: &[Contact]) -> Vec<[Received; 2]> {
+fn received_over_step(
+    world: &WorldState,
+    contacts: &[Contact],
+    loads: &StepLoads,
+) -> Vec<[Received; 2]> {
     let moving = |(id, normals)| {
-        let body = world.bodies.get(&id).filter(|body| !body.fixed)?;
-        let (&before, after) = (world.rigid.before(id)?, world.rigid.motion(id)?);
-        let stepped = Stepped {
-            mass: body.mass,
-            inertia: body.world_inertia(&before.pose),
-            inertia_after: body.world_inertia(&after.pose),
-            before,
-            after,
-        };
-        Some((id, rest(&stepped, &world.settings.gravity, world.settings.step, &normals)))
+        let (_, stepped) = stepped(world, id)?;
+        let (given, dt) = (acceleration(world, id), world.settings.step);
+        Some((id, rest(&stepped, &given, dt, &normals, loads.held.get(&id))))
     };
-    received(contacts, sums(contacts).into_iter().filter_map(moving).collect())
+    let driven = world.bodies.iter().filter(|(_, body)| body.driven.is_some());
+    let driven = driven.filter_map(|(&id, _)| Some((id, *world.rigid.before(id)?)));
+    let rests = sums(contacts).into_iter().filter_map(moving).collect();
+    received(contacts, rests, &driven.collect())
+}
+
+/// Books what driven bodies and fields did over the step.
+fn book(
+    world: &mut WorldState,
+    contacts: &[Contact],
+    received: &[[Received; 2]],
+    loads: &StepLoads,
+) {
+    let mut work: Vec<(u32, f64)> = Vec::new();
+    for (contact, received) in contacts.iter().zip(received) {
+        // What a driver loses is what it does.
+        work.push((contact.a, received[0].taken));
+        work.push((contact.b, received[1].taken));
+    }
+    work.extend(joint_work(world, loads));
+    for (id, work) in work {
+        if world.bodies.get(&id).is_some_and(|body| body.driven.is_some()) {
+            world.flows.driven_work += work;
+            *world.driven_work.entry(id).or_insert(0.0) += work;
+        }
+    }
+    let dt = world.settings.step;
+    for (&id, field) in &world.fields {
+        let Some((body, stepped)) = stepped(world, id) else { continue };
+        let impulse = field * (body.mass * dt);
+        let mean = (stepped.before.velocity + stepped.after.velocity) / 2.0;
+        world.flows.field_work += impulse.dot(&mean);
+        world.flows.field_impulse += impulse;
+    }
+    world.last_fields = std::mem::take(&mut world.fields);
 }
 
 /// The hits of a finished episode: none, or one a body that may break and whose threshold it

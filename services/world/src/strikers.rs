@@ -55,6 +55,7 @@ pub(crate) fn supporting_strikers(
         point: (motion.pose * nalgebra::Point3::from(support.held.point)).coords,
         lever: support.lever,
         reaction: Some(push * share),
+        driven: None,
     };
     if ids.is_empty() {
         return vec![holder(ids, 1.0)];
@@ -76,7 +77,8 @@ fn striker_of(world: &WorldState, body: u32, hit: &Hit, weight: f64) -> Striker 
         _ => None,
     };
     let point = point.unwrap_or(hit.point);
-    Striker { ids, mine, theirs, weight, point, lever: hit.lever, reaction: None }
+    let driven = hit.driven_at.map(|velocity| (hit.other.0, velocity));
+    Striker { ids, mine, theirs, weight, point, lever: hit.lever, reaction: None, driven }
 }
 
 /// What is left of the energy that each hit's contact took \[J\].
@@ -96,7 +98,7 @@ fn point_now(world: &WorldState, id: u32, local: &Vec3) -> Option<Vec3> {
 /// The moving bodies that a body has become by now.
 fn add_living_descendants(world: &WorldState, id: u32, into: &mut Vec<u32>) {
     match world.bodies.get(&id) {
-        Some(body) if !body.fixed => into.push(id),
+        Some(body) if !body.immovable() => into.push(id),
         Some(_) => {}
         None => {
             for &child in world.replaced.children.get(&id).into_iter().flatten() {

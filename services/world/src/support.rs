@@ -93,7 +93,7 @@ pub(crate) fn find_supports(world: &WorldState, body: BodyId, hits: &[Hit]) -> V
                 other,
                 held,
                 kept,
-                lever: if under.fixed { Vec3::zeros() } else { point - its.centre() },
+                lever: if under.immovable() { Vec3::zeros() } else { point - its.centre() },
                 exchanged: received.exchange.scaled(share),
                 exchanged_other: received_other.exchange.scaled(share),
                 dissipated: (received.taken + received_other.taken) * share,
@@ -110,7 +110,7 @@ pub(crate) fn find_supports(world: &WorldState, body: BodyId, hits: &[Hit]) -> V
 /// Share of what `support` got from `body` since `step`, against `normal`, that it did not pass
 /// on to the ground \[1\].
 fn kept_share(world: &WorldState, support: u32, body: u32, normal: &Vec3, step: u64) -> f64 {
-    if world.bodies.get(&support).is_none_or(|under| under.fixed) {
+    if world.bodies.get(&support).is_none_or(Body::immovable) {
         return 0.0;
     }
     let got = |from: u32| {
@@ -131,7 +131,7 @@ fn is_grounded(world: &WorldState, support: u32, body: u32) -> bool {
     while let Some(id) = open.pop() {
         for other in world.resting.partners(id) {
             if seen.insert(other) {
-                if world.bodies.get(&other).is_some_and(|it| it.fixed) {
+                if world.bodies.get(&other).is_some_and(Body::immovable) {
                     return true;
                 }
                 open.push(other);
@@ -143,7 +143,7 @@ fn is_grounded(world: &WorldState, support: u32, body: u32) -> bool {
 
 /// Velocity along `normal` that a unit impulse along it gives a free body at a point \[1/kg\].
 fn mobility(body: &Body, motion: &Motion, point: &Vec3, normal: &Vec3) -> f64 {
-    if body.fixed { 0.0 } else { body.mobility(motion, point, normal) }
+    if body.immovable() { 0.0 } else { body.mobility(motion, point, normal) }
 }
 
 /// Discs in a row along the longer side of the patch, as wide as its shorter one: middle and radius

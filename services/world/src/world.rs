@@ -47,13 +47,11 @@ impl World {
             return Err(WorldError::TooManyBodies { count, limit: self.state.settings.max_bodies });
         }
         let (body, shape) = self.made(&spec)?;
-        let still = Vec3::zeros();
-        let (velocity, spin) = if spec.fixed { (still, still) } else { (spec.velocity, spec.spin) };
-        let motion = Motion { pose: spec.pose, velocity, spin };
+        let motion = self.first_motion(&spec);
         let id = self.state.take_id();
         self.state.rigid.insert(id, &body, shape, &motion, 0.0);
         let speed = motion.velocity.norm() + motion.spin.norm() * body.reach;
-        if !body.fixed && speed <= self.state.settings.resting_speed {
+        if !body.immovable() && speed <= self.state.settings.resting_speed {
             self.state.settling.put(id, motion);
         }
         self.state.bodies.insert(id, body);
@@ -66,6 +64,16 @@ impl World {
     /// What is wrong with it, with value and bound.
     pub fn admits(&self, spec: &BodySpec) -> Result<(), WorldError> {
         self.made(spec).map(|_| ())
+    }
+
+    fn first_motion(&self, spec: &BodySpec) -> Motion {
+        let still = Vec3::zeros();
+        let (velocity, spin) = if spec.fixed { (still, still) } else { (spec.velocity, spec.spin) };
+        let Some(path) = &spec.driven else {
+            return Motion { pose: spec.pose, velocity, spin };
+        };
+        let (velocity, spin) = path.velocity(self.time(), self.state.settings.step);
+        Motion { pose: path.at(self.time()), velocity, spin }
     }
 
     fn made(&self, spec: &BodySpec) -> Result<(Body, Shape), WorldError> {
@@ -145,6 +153,7 @@ impl World {
             weakest: body.weakest,
             tier: body.tier,
             fixed: body.fixed,
+            driven: body.driven.is_some(),
             breakable: body.breakable,
             sleeping: self.state.rigid.sleeping(id),
             parent: body.parent,
@@ -152,16 +161,19 @@ impl World {
         })
     }
 
-    /// Are all moving bodies asleep?
+    /// Are all moving bodies asleep, and all paths of driven ones at their end?
     #[must_use]
     pub fn at_rest(&self) -> bool {
-        self.state.bodies.iter().all(|(&id, body)| body.fixed || self.state.rigid.sleeping(id))
+        self.state.bodies.iter().all(|(&id, body)| match &body.driven {
+            Some(path) => path.end() <= self.time(),
+            None => body.fixed || self.state.rigid.sleeping(id),
+        })
     }
 
     /// The sums that physics keeps: bodies that move, and debris.
     #[must_use]
     pub fn totals(&self) -> Totals {
-        let moving = self.state.bodies.iter().filter(|(_, body)| !body.fixed);
+        let moving = self.state.bodies.iter().filter(|(_, body)| !body.immovable());
         let bodies =
             moving.filter_map(|(&id, body)| Some(Part::new(body, &self.state.rigid.motion(id)?)));
         let parts: Vec<Part> =
@@ -176,6 +188,12 @@ impl World {
             potential_energy: parts.iter().map(weigh).sum(),
             given_to_fixed: self.state.replaced.sink.linear,
             angular_given_to_fixed: self.state.replaced.sink.angular,
+            driven_work: self.state.flows.driven_work,
+            field_work: self.state.flows.field_work,
+            field_impulse: self.state.flows.field_impulse,
+            removed_mass: self.state.flows.removed_mass,
+            removed_momentum: self.state.flows.removed_momentum,
+            removed_energy: self.state.flows.removed_energy,
         }
     }
 
@@ -227,7 +245,7 @@ impl World {
     }
 
     /// What a body rested on when these hits, of the step just taken, struck it: bodies that it
-    /// touched more slowly than a hit, each as discs that cover where they touch.
+    /// touched more slowly than a hit, each as discs that cover where they touch. Joints are none.
     #[must_use]
     pub fn supports(&self, body: BodyId, hits: &[Hit]) -> Vec<HeldContact> {
         find_supports(&self.state, body, hits)
@@ -297,7 +315,7 @@ impl World {
 
     /// Puts a body where a window has it after the step just taken, with the velocity and the
     /// angular momentum that it has. Not so a body that touches another of the rigid world in that
-    /// step. Whether it was put there.
+    /// step, or that a joint holds. Whether it was put there.
     pub fn lead(&mut self, id: BodyId, pose: &Pose) -> bool {
         lead(&mut self.state, id, pose)
     }
@@ -316,6 +334,8 @@ impl World {
         sunk(&self.state)
     }
 }
+
+mod joined;
 
 #[cfg(test)]
 mod tests;

@@ -386,7 +386,8 @@ mod tests {
         assert_eq!(pooled(&other[..1], &to), [mass_distance(&other[0], &reference)]);
     }
 
-    /// Masses at even quantiles of Mott's law are at it; crumbs, wholes and sampled pieces do not count.
+    /// Masses at even quantiles of Mott's law are at it; crumbs, wholes and sampled pieces do not
+    /// count.
     #[test]
     fn resolved_pieces_are_held_against_motts_law() {
         let part = |mass: f64, broken: bool| MeasuredPart {

@@ -62,7 +62,7 @@ fn between(
 }
 
 impl Plate {
-    fn advance(&self, theta: &mut Vec<f64>, cycles: u32) -> f64 {
+    fn advance(&self, theta: &mut [f64], cycles: u32) -> f64 {
         let (mut exposure, mut next) = (vec![0.0; theta.len()], Vec::new());
         let contacts = ObjectContacts::default();
         let step = |k: u32| DiffusionStep {

@@ -552,12 +552,12 @@ class Recording:
 
     @overload
     def still(
-        self, time: float | None = ..., path: None = ..., *, size: tuple[int, int] = ..., close: bool = ...
+        self, time: float | None = ..., path: None = ..., *, size: tuple[int, int] = ..., close: bool | str = ...
     ) -> bytes: ...
 
     @overload
     def still(
-        self, time: float | None, path: PathLike, *, size: tuple[int, int] = ..., close: bool = ...
+        self, time: float | None, path: PathLike, *, size: tuple[int, int] = ..., close: bool | str = ...
     ) -> float: ...
 
     def still(
@@ -566,7 +566,7 @@ class Recording:
         path: PathLike | None = None,
         *,
         size: tuple[int, int] = (1280, 720),
-        close: bool = False,
+        close: bool | str = False,
     ) -> float | bytes:
         """Draws a moment as PNG.
 
@@ -578,8 +578,8 @@ class Recording:
             The file. Without it the bytes of the picture are returned: ``IPython.display.Image(recording.still())``.
         size : (int, int)
             Pixels across and down.
-        close : bool
-            Whether what breaks fills the picture.
+        close : bool or str
+            Whether what breaks fills the picture; a name: what is left of that body does.
 
         Returns
         -------
@@ -589,15 +589,16 @@ class Recording:
         Raises
         ------
         RecordingError
-            There is no such moment, or the file cannot be written.
+            There is no such moment or body, or the file cannot be written.
         """
+        body = close if isinstance(close, str) else "" if close else None
         if path is not None:
-            return self._inner.still(os.fspath(path), time, size, close)
+            return self._inner.still(os.fspath(path), time, size, body)
         from tempfile import TemporaryDirectory
 
         with TemporaryDirectory() as folder:
             file = Path(folder) / "still.png"
-            self._inner.still(str(file), time, size, close)
+            self._inner.still(str(file), time, size, body)
             return file.read_bytes()
 
     def export(

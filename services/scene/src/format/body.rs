@@ -1,5 +1,6 @@
 //! A body as it is written: what it is made of, where it stands and how it moves.
 
+use super::directed::{KeyframeCurve, PoseKeyframe, ShapePart};
 use super::dynamic::Dynamics;
 use super::rotation::Rotation;
 use super::{Paint, Shape, SolverChoice};
@@ -76,8 +77,9 @@ pub struct Resolution {
     pub particles: Option<u32>,
 }
 
-/// A body; or, inside a grid, stack or scatter, the template of its bodies. A body has either a
-/// `shape` or a `mesh`. Bodies must not overlap at the start, unless both are fixed.
+/// A body; or, inside a grid, stack or scatter, the template of its bodies. A body has one of
+/// `shape`, `parts` and `mesh`. Bodies must not overlap at the start, unless neither can move by
+/// itself: both are fixed or driven by keyframes.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Body {
@@ -86,12 +88,20 @@ pub struct Body {
     #[schemars(extend("x-default" = "required in `[[body]]`"))]
     pub name: Option<String>,
     /// Shape given by its dimensions.
-    #[schemars(extend("x-default" = "required without `mesh`"))]
+    #[schemars(extend("x-default" = "required without `parts` or `mesh`"))]
     pub shape: Option<Shape>,
+    /// Shapes that together are the body, such as a cup and its handle: at most 256. Each must
+    /// overlap others, so that all of them are one piece; where they overlap there is material
+    /// once.
+    #[schemars(
+        length(max = 256),
+        extend("x-default" = "none, but required without `shape` or `mesh`")
+    )]
+    pub parts: Vec<ShapePart>,
     /// Mesh file (.obj, .stl, .ply or .glb), or NURBS patches (.json, as NURBS-Python and rw3dm
     /// write them: degrees 2 and 3, without trims); the path is relative to the scene file. Its
     /// origin is the file's own.
-    #[schemars(extend("x-default" = "required without `shape`"))]
+    #[schemars(extend("x-default" = "required without `shape` or `parts`"))]
     pub mesh: Option<String>,
     /// The mesh is scaled so that its longest side has this length \[m\]. Not beside `scale`, and
     /// only with a `mesh`.
@@ -145,8 +155,22 @@ pub struct Body {
     pub material: Option<String>,
     /// Whether the body never moves. A fixed body does not break.
     pub fixed: bool,
+    /// Where the body is at rising times, which makes it a driven body: it moves as it is told,
+    /// pushes others and feels nothing, and does not break. At most 4096 keyframes; it is at the
+    /// first until its time, and stays at the last. Only of a single body, without `velocity`,
+    /// `spin`, `fixed` and `dynamic`. Its speed between keyframes is at most 10000 m/s.
+    #[schemars(length(max = 4096), extend("x-default" = "it moves by its forces"))]
+    pub keyframes: Vec<PoseKeyframe>,
+    /// How a driven body goes from one keyframe to the next.
+    pub interpolation: KeyframeCurve,
+    /// Name of a group of bodies that the body is in, for `glue` and `field`: 1 to 80 bytes, and
+    /// not that of a body, grid, stack, scatter or sheet.
+    #[schemars(extend("x-default" = "it is in no group"))]
+    pub group: Option<String>,
     /// Whether the body can break.
-    #[schemars(extend("x-default" = "whether the material breaks, but `false` if `fixed`"))]
+    #[schemars(extend(
+        "x-default" = "whether the material breaks, but `false` if `fixed` or driven"
+    ))]
     pub breakable: Option<bool>,
     /// How finely the body is resolved when it breaks.
     #[schemars(extend("x-default" = "as fine as `fracture.max_particles` allows"))]

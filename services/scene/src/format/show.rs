@@ -85,6 +85,9 @@ pub struct Expect {
     /// Number of parts that sheets and dynamic bodies have come to at the end, all together \[1\].
     #[schemars(extend("x-default" = "not checked"))]
     pub sheet_pieces: Option<Bounds>,
+    /// Number of joints that broke, those of glue counted \[1\].
+    #[schemars(extend("x-default" = "not checked"))]
+    pub joints_broken: Option<Bounds>,
     /// Share, by number, of the fragments at the end that were sampled from a size law and not
     /// solved \[1\].
     #[schemars(extend("x-default" = "not checked"))]

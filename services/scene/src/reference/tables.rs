@@ -1,6 +1,7 @@
 //! The tables of a scene file: their headings on the page, their keys in order, and an example of
 //! each.
 
+use super::directed::{FIELD, GLUE, JOINT, KEYFRAME, PART, WORLD_BOUNDS};
 use super::dynamic::{BODY_PART, DYNAMICS, SOFT_GRIP};
 use super::keys::keys_of;
 use super::sheets::{
@@ -9,9 +10,10 @@ use super::sheets::{
 };
 use crate::format::{
     Air, Body, BodyPart, BondAxis, BondNumbers, Bounds, Diffusion, Document, Dynamics, Expect,
-    Fidelity, Fracture, Grid, Grip, GripPlace, HeatSoftening, InterlayerFilm, Layers, Material,
-    Paint, Plasticity, RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds,
-    SheetBody, SheetInflow, SheetPatch, SoftGrip, Stack, Tiers, View, WavePace, WeakPlane, World,
+    Fidelity, FieldEntry, Fracture, GlueEntry, Grid, Grip, GripPlace, HeatSoftening,
+    InterlayerFilm, JointEntry, Layers, Material, Paint, Plasticity, PoseKeyframe,
+    RecordingSettings, Resolution, Rotation, Scatter, Shape, ShapePart, ShareBounds, SheetBody,
+    SheetInflow, SheetPatch, SoftGrip, Stack, Tiers, View, WavePace, WeakPlane, World, WorldBounds,
 };
 use crate::surface_detail::Detail;
 
@@ -49,6 +51,7 @@ pub(super) const TABLES: &[Table] = tables! {
     Document, "Top of the file", &[("", DOCUMENT)];
     World, "`[world]`", &[("", WORLD)];
     Tiers, "`[world.tiers]`", &[("", TIERS)];
+    WorldBounds, "`bounds` of the world", &[("", WORLD_BOUNDS)];
     Fracture, "`[fracture]`", &[("", FRACTURE)];
     Detail, "`[fracture.detail]`", &[("", DETAIL)];
     Fidelity, "`[fidelity]`", &[("", FIDELITY)];
@@ -70,6 +73,8 @@ pub(super) const TABLES: &[Table] = tables! {
     WavePace, "`pace` of a sheet", &[("", SHEET_PACE)];
     Body, "`[[body]]`", &[("", BODY)];
     Shape, "`shape` of a body", SHAPES;
+    ShapePart, "`parts` of a body", &[("", PART)];
+    PoseKeyframe, "`keyframes` of a body", &[("", KEYFRAME)];
     Rotation, "`rotation` of a body", &[("", ROTATION)];
     Resolution, "`resolution` of a body", &[("", RESOLUTION)];
     Paint, "`paint` of a body", PAINTS;
@@ -79,6 +84,9 @@ pub(super) const TABLES: &[Table] = tables! {
     Grid, "`[[grid]]`", &[("", GRID)];
     Stack, "`[[stack]]`", &[("", STACK)];
     Scatter, "`[[scatter]]`", &[("", SCATTER)];
+    JointEntry, "`[[joint]]`", &[("", JOINT)];
+    GlueEntry, "`[[glue]]`", &[("", GLUE)];
+    FieldEntry, "`[[field]]`", &[("", FIELD)];
     Expect, "`[expect]`", &[("", EXPECT)];
     Bounds, "Range of a count", &[("", BOUNDS)];
     ShareBounds, "Range of a share", &[("", SHARE_BOUNDS)];

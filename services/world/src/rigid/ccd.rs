@@ -24,7 +24,7 @@
 //! The engine's own sweeps are off: they know one of two moving bodies, and no order.
 
 use super::relax::{Touch, Touches};
-use super::sweep::{Pair, SweepContext, SweepHit, SweptBody, SweptKind, facing, slack};
+use super::sweep::{Pair, SweepContext, SweepHit, SweptBody, facing, slack};
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
@@ -214,7 +214,7 @@ impl<'a> CcdSolver<'a> {
 
 /// The spin that a torque impulse gives a body.
 fn turn(swept: &SweptBody<'_>, torque: Vector) -> Vector {
-    if swept.kind == SweptKind::Fixed {
+    if swept.ease == 0.0 {
         return Vector::ZERO;
     }
     let local = swept.body.mass_properties().local_mprops;

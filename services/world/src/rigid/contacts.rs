@@ -30,6 +30,9 @@ pub(crate) struct Contact {
     pub(crate) closing: f64,
     /// Σ impulse · closing speed after the step \[N·m\].
     pub(crate) closing_after: f64,
+    /// Friction on `b`, as the engine's last substep had it, over the whole step: an estimate
+    /// \[N·s\].
+    pub(crate) rub: Vec3,
     /// Impulse times the gap before the step.
     gap: f64,
 }
@@ -47,6 +50,7 @@ impl Contact {
             moment: zero,
             closing: 0.0,
             closing_after: 0.0,
+            rub: zero,
             gap: 0.0,
         }
     }
@@ -127,6 +131,7 @@ struct Side {
 impl Rigid {
     /// What the last step's contacts did, in the order of the pairs' ids.
     pub(crate) fn contacts(&self) -> Vec<Contact> {
+        let substeps = self.substeps() as f64;
         let mut pairs: Vec<&ContactPair> =
             self.world.contact_pairs().filter(|pair| pair.has_any_active_contact()).collect();
         let key = |c: ColliderHandle| c.into_raw_parts();
@@ -144,6 +149,7 @@ impl Rigid {
             let sum = sums.entry(ids).or_insert_with(|| Contact::new(ids.0, ids.1));
             for manifold in pair.solver_manifolds() {
                 add(sum, manifold, &one, &two);
+                add_friction(sum, manifold, one.id > two.id, substeps);
             }
         }
         for push in &self.pushes {
@@ -160,7 +166,7 @@ impl Rigid {
     fn side(&self, collider: ColliderHandle) -> Option<Side> {
         let parent = self.world.colliders.get(collider)?.parent()?;
         let body = self.world.bodies.get(parent)?;
-        if body.is_sleeping() {
+        if body.is_dynamic() && body.is_sleeping() {
             return None;
         }
         let id = body.user_data as u32;
@@ -193,6 +199,26 @@ fn add(sum: &mut Contact, manifold: &ContactManifold, one: &Side, two: &Side) {
         sum.closing += impulse * closing(&one.before, &two.before);
         sum.closing_after += impulse * closing(&one.after, &two.after);
     }
+}
+
+/// Adds what a manifold's friction did on the second of the pair, or on the first if `swapped`.
+///
+/// The engine has one friction a manifold, notes it at each point, and only that of its last
+/// substep; the normal impulses of the step over those of that substep stand for how many there
+/// were.
+fn add_friction(sum: &mut Contact, manifold: &ContactManifold, swapped: bool, most: f64) {
+    let active = manifold.data.solver_contacts.iter().filter_map(|contact| {
+        manifold.points.get(contact.contact_indices()[0] as usize).map(|point| &point.data)
+    });
+    let (mut whole, mut last, mut friction) = (0.0, 0.0, None);
+    for data in active {
+        whole += data.impulse;
+        last += data.warmstart_impulse;
+        friction.get_or_insert(vec3(data.warmstart_tangent_world));
+    }
+    let Some(on_first) = friction.filter(|_| whole > 0.0) else { return };
+    let times = if last > 0.0 { (whole / last).min(most) } else { 1.0 };
+    sum.rub += on_first * if swapped { times } else { -times };
 }
 
 /// The middle between the two surfaces at a contact, where the bodies were before the step \[m\].

@@ -13,7 +13,7 @@ pub(super) fn vec3(v: Vector) -> Vec3 {
     Vec3::new(v.x, v.y, v.z)
 }
 
-fn rotation(q: &Quat) -> Rotation {
+pub(super) fn rotation(q: &Quat) -> Rotation {
     Rotation::from_xyzw(q.i, q.j, q.k, q.w)
 }
 

@@ -3,9 +3,14 @@
 mod ccd;
 mod contacts;
 mod convert;
+mod engine_joints;
+mod fused;
 mod hulls;
+mod joints;
 mod patch;
 mod relax;
+mod saved;
+mod shape;
 mod suppressed;
 mod sweep;
 mod windows;
@@ -14,20 +19,24 @@ pub(crate) use contacts::Contact;
 pub(crate) use hulls::Fit;
 pub use hulls::hulls_overlap;
 pub(crate) use patch::Patch;
+pub(crate) use shape::{BadPart, Shape};
 
 use crate::body::Body;
 use crate::motion::{Motion, least_speed};
+use crate::path::KeyframedPath;
 use crate::settings::WorldSettings;
 use ccd::{CcdSolver, Push, set_back};
 use convert::{engine_pose, mass_properties, pose, vec3, vector};
-use cullet_geometry::Vec3;
-use hulls::{Part, boxed, fault, part};
+use cullet_geometry::{Mat3, Vec3};
+use engine_joints::EngineJoints;
+use hulls::Part;
 use rapier3d_f64::prelude::{
     ActiveHooks, Collider, ColliderBuilder, IntegrationParameters, PhysicsWorld, QueryFilter,
     QueryFilterFlags, Ray, RigidBody, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use suppressed::{Placed, SuppressedPairs, depth};
 use sweep::{SweepContext, SweptBody, SweptKind};
 
@@ -68,31 +77,36 @@ struct Slot {
     reach: f64,
     thickness: f64,
     fixed: bool,
+    /// \[kg\]
+    mass: f64,
+    /// About the centre, own frame \[kg·m²\].
+    inertia: Mat3,
+    /// It moves along this path alone.
+    driven: Option<Arc<KeyframedPath>>,
     fit: Fit,
     /// Damping when slow \[1/s\]; zero for bodies that keep what they have.
     damping: f64,
     damped: bool,
+    /// Steps on end in which it hardly moved.
+    slow: u32,
 }
 
 /// The engine failed (it panicked); nothing in it is to be trusted.
 pub(crate) struct Broken;
-
-/// A convex part that is none: its place and what is wrong with it.
-pub(crate) struct BadPart {
-    pub(crate) index: usize,
-    pub(crate) why: &'static str,
-}
 
 /// The engine and the bodies in it, by our ids.
 pub(crate) struct Rigid {
     world: PhysicsWorld,
     slots: BTreeMap<u32, Slot>,
     suppressed: SuppressedPairs,
+    joints: EngineJoints,
     /// Motions before the last step, in id order.
     before: Vec<(u32, Motion)>,
     prior: Vec<(u32, Motion)>,
     /// Impulses of the last step between bodies whose cores met.
     pushes: Vec<Push>,
+    /// Bodies that the last step set back to where they met others.
+    set_back: Vec<u32>,
     sleep_speed: f64,
     steps: u64,
     /// A body that a test holds in its place while its velocity runs on.
@@ -124,9 +138,11 @@ impl Rigid {
             world,
             slots: BTreeMap::new(),
             suppressed: SuppressedPairs::default(),
+            joints: EngineJoints::default(),
             before: Vec::new(),
             prior: Vec::new(),
             pushes: Vec::new(),
+            set_back: Vec::new(),
             sleep_speed: settings.sleep_speed / unit,
             steps: 0,
             #[cfg(test)]
@@ -144,8 +160,11 @@ impl Rigid {
         damping: f64,
     ) {
         let Shape { parts, fit } = shape;
-        let builder =
-            if body.fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
+        let builder = match &body.driven {
+            Some(_) => RigidBodyBuilder::kinematic_position_based(),
+            None if body.fixed => RigidBodyBuilder::fixed(),
+            None => RigidBodyBuilder::dynamic(),
+        };
         let mut rigid = builder
             .pose(engine_pose(&motion.pose))
             .linvel(vector(&motion.velocity))
@@ -171,9 +190,13 @@ impl Rigid {
             reach: body.reach,
             thickness: body.thickness,
             fixed: body.fixed,
+            mass: body.mass,
+            inertia: body.inertia,
+            driven: body.driven.clone(),
             fit,
             damping,
             damped: false,
+            slow: 0,
         };
         self.slots.insert(id, slot);
         // New mass properties reach the engine's solver at the next step; make them known at once.
@@ -209,6 +232,11 @@ impl Rigid {
         })
     }
 
+    /// Damping that acts on a body now \[1/s\].
+    pub(crate) fn damping(&self, id: u32) -> f64 {
+        self.slots.get(&id).map_or(0.0, |slot| if slot.damped { slot.damping } else { 0.0 })
+    }
+
     pub(crate) fn sleeping(&self, id: u32) -> bool {
         let body = self.slots.get(&id).and_then(|slot| self.world.bodies.get(slot.handle));
         body.is_some_and(RigidBody::is_sleeping)
@@ -228,15 +256,19 @@ impl Rigid {
         std::mem::swap(&mut self.prior, &mut self.before);
         self.before.clear();
         self.pushes.clear();
+        self.set_back.clear();
         for (&id, slot) in &self.slots {
             if let Some(motion) = self.read(slot.handle) {
                 self.before.push((id, motion));
             }
         }
+        self.drive();
+        self.prepare_fused();
         self.choose_damped();
         let done = catch_unwind(AssertUnwindSafe(|| {
             self.world.step_with_events(&self.suppressed, &());
             self.set_back_where_they_meet();
+            self.move_as_one();
         }));
         #[cfg(test)]
         self.hold();
@@ -254,6 +286,20 @@ impl Rigid {
             && let Some(body) = self.world.bodies.get_mut(handle)
         {
             set_back(body, engine_pose(&before.pose));
+        }
+    }
+
+    /// Sends the driven bodies on along their paths; over the step they move at the velocity that
+    /// takes them there.
+    fn drive(&mut self) {
+        let dt = self.world.integration_parameters.dt;
+        let (now, then) = (self.steps as f64 * dt, (self.steps + 1) as f64 * dt);
+        for ((_, before), slot) in self.before.iter_mut().zip(self.slots.values()) {
+            let Some(path) = &slot.driven else { continue };
+            (before.velocity, before.spin) = path.velocity(now, then - now);
+            if let Some(body) = self.world.bodies.get_mut(slot.handle) {
+                body.set_next_kinematic_position(engine_pose(&path.at(then)));
+            }
         }
     }
 
@@ -316,6 +362,7 @@ impl Rigid {
             }
             let (kind, share) = match slot.fit {
                 _ if slot.fixed => (SweptKind::Fixed, SWEEP_SHARE),
+                _ if slot.driven.is_some() => (SweptKind::Driven, SWEEP_SHARE),
                 Fit::Tiny => (SweptKind::Tiny, SWEEP_SHARE),
                 Fit::Fragment => (SweptKind::Moving, SWEEP_SHARE),
                 Fit::Body => (SweptKind::Moving, LANDING_SHARE),
@@ -342,8 +389,9 @@ impl Rigid {
                 body.set_angvel(spin, true);
             }
         }
-        for (handle, pose) in met.ends {
+        for (handle, pose) in self.with_joined(met.ends) {
             if let Some(body) = self.world.bodies.get_mut(handle) {
+                self.set_back.push(body.user_data as u32);
                 set_back(body, pose);
             }
         }
@@ -424,7 +472,7 @@ impl Rigid {
         let mut found = Vec::new();
         for (k, &a) in ids.iter().enumerate() {
             for &b in &ids[k + 1..] {
-                let fixed = |id| self.slots.get(&id).is_none_or(|slot| slot.fixed);
+                let fixed = |id| self.slots.get(&id).is_none_or(|s| s.fixed || s.driven.is_some());
                 if (fixed(a) && fixed(b)) || !self.near(a, b) {
                     continue;
                 }
@@ -438,48 +486,4 @@ impl Rigid {
         }
         found
     }
-}
-
-/// The convex parts of a body, ready for the engine.
-pub(crate) struct Shape {
-    parts: Vec<Part>,
-    fit: Fit,
-}
-
-impl Shape {
-    /// Makes them. A part that the engine can make nothing of is left out; where none is left, the
-    /// box around the body stands in for it. What is wrong with the numbers of a scene's part is
-    /// told.
-    pub(crate) fn new(body: &Body, corners: &[Vec<Vec3>], fit: Fit) -> Result<Self, BadPart> {
-        let parts = match fit {
-            Fit::Tiny => vec![only(body, corners)?],
-            Fit::Body | Fit::Fragment => several(body, corners, fit)?,
-        };
-        Ok(Self { parts, fit })
-    }
-}
-
-fn only(body: &Body, corners: &[Vec<Vec3>]) -> Result<Part, BadPart> {
-    let given: Vec<Vec3> = corners.iter().flatten().copied().collect();
-    let all = if given.is_empty() { body.solid.mesh.vertices.clone() } else { given };
-    part(&all, Fit::Tiny)
-        .or_else(|_| part(&boxed(all.iter().copied()), Fit::Tiny))
-        .or_else(|_| part(&boxed(body.solid.mesh.vertices.iter().copied()), Fit::Tiny))
-        .map_err(|why| BadPart { index: 0, why })
-}
-
-fn several(body: &Body, corners: &[Vec<Vec3>], fit: Fit) -> Result<Vec<Part>, BadPart> {
-    let bad =
-        |(index, corners): (usize, &Vec<Vec3>)| fault(corners).map(|why| BadPart { index, why });
-    // A bad part of a fragment is not worth a fracture: the others stand in for it.
-    let told = if fit == Fit::Body { corners.iter().enumerate().find_map(bad) } else { None };
-    if let Some(bad) = told {
-        return Err(bad);
-    }
-    let mut parts: Vec<Part> = corners.iter().filter_map(|one| part(one, fit).ok()).collect();
-    if parts.is_empty() {
-        let whole = boxed(body.solid.mesh.vertices.iter().copied());
-        parts.push(part(&whole, fit).map_err(|why| BadPart { index: 0, why })?);
-    }
-    Ok(parts)
 }

@@ -18,9 +18,13 @@ pub(super) struct Placed<'a> {
 }
 
 /// The suppressed pairs (lower id first) and how deep each may sink before contact begins \[m\].
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct SuppressedPairs {
     pub(super) pairs: BTreeMap<(u32, u32), f64>,
+    /// Pairs that joints hold, and how many do: these do not collide.
+    pub(super) joined: BTreeMap<(u32, u32), u32>,
+    /// The lowest of those that each body is one with.
+    pub(super) fused: BTreeMap<u32, u32>,
 }
 
 /// A suppressed pair may sink this share of its smaller part deeper than it was born.
@@ -40,6 +44,14 @@ impl SuppressedPairs {
     pub(super) fn keeps(limit: f64, a: &Placed<'_>, b: &Placed<'_>) -> bool {
         let depth = depth(a, b);
         depth > 0.0 && depth <= limit
+    }
+
+    /// Does the pair (lower id first) not collide?
+    pub(super) fn holds(&self, pair: (u32, u32)) -> bool {
+        let one = |id| self.fused.get(&id);
+        self.pairs.contains_key(&pair)
+            || self.joined.contains_key(&pair)
+            || (one(pair.0).is_some() && one(pair.0) == one(pair.1))
     }
 
     pub(super) fn forget(&mut self, id: u32) {
@@ -73,7 +85,7 @@ impl PhysicsHooks for SuppressedPairs {
             handle.and_then(|h| context.bodies.get(h)).map(|body| body.user_data as u32)
         };
         let suppressed = match (id(context.rigid_body1), id(context.rigid_body2)) {
-            (Some(a), Some(b)) => self.pairs.contains_key(&(a.min(b), a.max(b))),
+            (Some(a), Some(b)) => self.holds((a.min(b), a.max(b))),
             _ => false,
         };
         (!suppressed).then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)

@@ -27,6 +27,8 @@ const WHIRL: f64 = 1.0;
 pub(super) enum SweptKind {
     /// Nothing moves it.
     Fixed,
+    /// It moves along its path, and nothing moves it.
+    Driven,
     /// Meets what is fixed alone.
     Tiny,
     /// Meets all but what is tiny.
@@ -66,7 +68,8 @@ impl<'a> SweptBody<'a> {
     ) -> Self {
         let reach = parts.iter().map(|part| part.centre.length() + part.reach).fold(0.0, f64::max);
         let sweep = Sweep::from_poses(before, body.position(), Vector::ZERO);
-        let ease = if kind == SweptKind::Fixed { 0.0 } else { 1.0 / body.mass() };
+        let held = matches!(kind, SweptKind::Fixed | SweptKind::Driven);
+        let ease = if held { 0.0 } else { 1.0 / body.mass() };
         let (bent, span) = (None, Aabb::new_invalid());
         let caught = false;
         let mut swept =
@@ -76,7 +79,7 @@ impl<'a> SweptBody<'a> {
             SweptKind::Fixed => parts.iter().fold(Aabb::new_invalid(), |span, part| {
                 span.merged(&part.shape.compute_aabb(body.position()))
             }),
-            SweptKind::Tiny | SweptKind::Moving => swept.span_from(0.0),
+            SweptKind::Tiny | SweptKind::Moving | SweptKind::Driven => swept.span_from(0.0),
         };
         swept
     }
@@ -120,9 +123,9 @@ impl<'a> SweptBody<'a> {
     /// Can the two meet?
     fn meets(&self, other: &Self) -> bool {
         match (self.kind, other.kind) {
-            (SweptKind::Fixed, SweptKind::Fixed)
+            (SweptKind::Fixed | SweptKind::Driven, SweptKind::Fixed | SweptKind::Driven)
             | (SweptKind::Tiny, SweptKind::Tiny | SweptKind::Moving) => false,
-            (one, SweptKind::Tiny) => one == SweptKind::Fixed,
+            (one, SweptKind::Tiny) => matches!(one, SweptKind::Fixed | SweptKind::Driven),
             _ => true,
         }
     }
@@ -163,7 +166,7 @@ impl SweepContext<'_> {
     pub(super) fn may_meet(&self, a: &SweptBody<'_>, b: &SweptBody<'_>) -> bool {
         a.span.loosened(self.slop).intersects(&b.span)
             && a.meets(b)
-            && !self.suppressed.pairs.contains_key(&(a.id, b.id))
+            && !self.suppressed.holds((a.id, b.id))
     }
 
     /// When two bodies touch, if they do after `from`, parts that have met in this step apart; of

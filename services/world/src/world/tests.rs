@@ -36,6 +36,7 @@ fn spec() -> BodySpec {
         velocity: Vec3::zeros(),
         spin: Vec3::zeros(),
         fixed: false,
+        driven: None,
         breakable: true,
         weakest: 1.0,
         threshold: None,

@@ -4,7 +4,10 @@ mod common;
 
 mod birth;
 mod debris;
+mod driven;
+mod glue;
 mod impacts;
+mod joints;
 mod late;
 mod replace;
 mod reshape;

@@ -167,6 +167,7 @@ pub fn body(
         velocity: Vec3::zeros(),
         spin: Vec3::zeros(),
         fixed: false,
+        driven: None,
         breakable: true,
         weakest: 1.0,
         threshold: None,

@@ -1,0 +1,127 @@
+//! What of a run was directed: driven bodies, joints, bodies that fields or bounds removed. These
+//! are choices of the scene, as sampled fragments are draws; all else was solved.
+
+use cullet_proto::recording::{BodyJoint, EventKind, RunEvent};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// What directed a run, in numbers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DirectedTotals {
+    /// Bodies that keyframes moved.
+    pub driven: u64,
+    /// Work that they did on others, summed \[J\].
+    pub driven_work: f64,
+    /// Joints that the scene made, those of glue counted.
+    pub joints: u64,
+    /// Of these, between faces that are glued.
+    pub glue_joints: u64,
+    /// Joints that fragments got in place of one of the body that they come from.
+    pub joints_inherited: u64,
+    /// Joints that broke under their load, inherited ones counted.
+    pub joints_broken: u64,
+    /// Joints that went with a body that broke or was removed, inherited ones counted.
+    pub joints_gone: u64,
+    /// Bodies that fields or the bounds of the world removed.
+    pub removed: u64,
+}
+
+impl fmt::Display for DirectedTotals {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts = Vec::new();
+        if self.driven > 0 {
+            let (bodies, work) = (counted(self.driven, "body", "bodies"), self.driven_work);
+            parts.push(format!("{bodies} moved by keyframes, {work:.3e} J of work on others"));
+        }
+        if self.joints > 0 {
+            let inherited = match self.joints_inherited {
+                0 => String::new(),
+                of => format!(", {of} passed on to fragments"),
+            };
+            let joints = counted(self.joints, "joint", "joints");
+            let glue = match self.glue_joints {
+                0 => String::new(),
+                of => format!(" ({of} of glue)"),
+            };
+            let (broken, gone) = (self.joints_broken, self.joints_gone);
+            parts.push(format!(
+                "{joints}{glue} of given strength{inherited}, {broken} broken, {gone} gone with \
+                 their bodies"
+            ));
+        }
+        if self.removed > 0 {
+            parts.push(format!("{} removed", counted(self.removed, "body", "bodies")));
+        }
+        write!(f, "directed: {}", parts.join("; "))
+    }
+}
+
+fn counted(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// Adds up what directed a run.
+#[derive(Clone, Debug, Default)]
+pub(super) struct DirectedCensus {
+    totals: DirectedTotals,
+}
+
+impl DirectedCensus {
+    pub(super) fn joint(&mut self, joint: &BodyJoint) {
+        if joint.inherited {
+            self.totals.joints_inherited += 1;
+        } else {
+            self.totals.joints += 1;
+            self.totals.glue_joints += u64::from(joint.glue);
+        }
+    }
+
+    pub(super) fn event(&mut self, event: &RunEvent) {
+        match event.kind() {
+            EventKind::JointBroken => self.totals.joints_broken += 1,
+            EventKind::JointGone => self.totals.joints_gone += 1,
+            EventKind::Removed => self.totals.removed += 1,
+            EventKind::Driven => {
+                self.totals.driven += 1;
+                self.totals.driven_work += event.energy;
+            }
+            _ => {}
+        }
+    }
+
+    /// The totals; nothing where nothing was directed.
+    pub(super) fn totals(&self) -> Option<DirectedTotals> {
+        (self.totals != DirectedTotals::default()).then(|| self.totals.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_directed_is_counted_once() {
+        let mut directed = DirectedCensus::default();
+        assert_eq!(directed.totals(), None);
+        for (id, glue, inherited) in [(0, true, false), (1, false, false), (2, true, true)] {
+            directed.joint(&BodyJoint { id, glue, inherited, ..BodyJoint::default() });
+        }
+        for (kind, energy) in [
+            (EventKind::JointBroken, 0.0),
+            (EventKind::Driven, 2.5),
+            (EventKind::Driven, 1.5),
+            (EventKind::Removed, 0.0),
+            (EventKind::Impact, 7.0),
+        ] {
+            directed.event(&RunEvent { kind: kind as i32, energy, ..RunEvent::default() });
+        }
+        let totals = directed.totals().expect("something was");
+        assert_eq!((totals.joints, totals.glue_joints, totals.joints_broken), (2, 1, 1));
+        assert_eq!(
+            totals.to_string(),
+            "directed: 2 bodies moved by keyframes, 4.000e0 J of work on others; 2 joints (1 of \
+             glue) of given strength, 1 passed on to fragments, 1 broken, 0 gone with their bodies; \
+             1 body removed"
+        );
+    }
+}
