@@ -17,6 +17,8 @@ const SLIMNESS: f64 = 0.004;
 const RADII: (f64, f64) = (5e-4, 0.03);
 /// Corners around it.
 const CORNERS: u32 = 8;
+/// Most poses of pieces that are kept: of more, poses between are left out, and ropes lag.
+const MOST_POSES: usize = 1 << 20;
 /// Hemp.
 const COLOUR: [f32; 3] = [0.45, 0.36, 0.24];
 
@@ -40,13 +42,14 @@ impl RopeEnd<'_> {
 impl Track {
     /// Ropes of a recording, as lines.
     pub(super) fn tie(&mut self, recording: &Recording, index: &BTreeMap<u64, usize>) {
-        let times: Vec<f64> = recording.poses.iter().map(|poses| poses.time).collect();
+        let is_rope = |joint: &&BodyJoint| joint.kind() == JointType::Rope && joint.length > 0.0;
+        let ropes: Vec<&BodyJoint> = recording.joints.iter().filter(is_rope).collect();
+        let stride = stride(ropes.len(), recording.poses.len());
+        let times: Vec<f64> = recording.poses.iter().step_by(stride).map(|it| it.time).collect();
+        let ends = ends(recording);
         let mut pieces = Vec::new();
-        for joint in &recording.joints {
-            if joint.kind() != JointType::Rope || joint.length <= 0.0 {
-                continue;
-            }
-            let end = ended(recording, joint);
+        for joint in ropes {
+            let end = ends.get(&joint.id).copied().unwrap_or(f64::INFINITY);
             let body = index.get(&joint.body).map(|&actor| &self.actors[actor]);
             let other = joint.other.map(|id| index.get(&id).map(|&actor| &self.actors[actor]));
             let first = body.and_then(|body| tied(Some(body), joint.point, joint.time));
@@ -64,12 +67,16 @@ impl Track {
     }
 }
 
-/// When a joint broke or went \[s\].
-fn ended(recording: &Recording, joint: &BodyJoint) -> f64 {
+/// One of so many recorded steps is kept, so that ropes take no more than [`MOST_POSES`].
+fn stride(ropes: usize, steps: usize) -> usize {
+    (ropes * PIECES as usize).saturating_mul(steps).div_ceil(MOST_POSES).max(1)
+}
+
+/// When joints broke or went \[s\].
+fn ends(recording: &Recording) -> BTreeMap<u64, f64> {
     let over = |kind| matches!(kind, EventKind::JointBroken | EventKind::JointGone);
-    let mut events = recording.events.iter();
-    let last = events.find(|event| event.joint == Some(joint.id) && over(event.kind()));
-    last.map_or(f64::INFINITY, |event| event.time)
+    let events = recording.events.iter().filter(|event| over(event.kind()));
+    events.filter_map(|event| Some((event.joint?, event.time))).collect()
 }
 
 fn tied<'a>(actor: Option<&'a Actor>, at: Option<Vector3>, time: f64) -> Option<RopeEnd<'a>> {
@@ -104,7 +111,7 @@ fn rope(length: f64, ends: &[(f64, Vec3, Vec3)], end: f64) -> Vec<Actor> {
 
 #[cfg(test)]
 mod tests {
-    use super::{OVERLAP, PIECES, Vec3, rope};
+    use super::{MOST_POSES, OVERLAP, PIECES, Vec3, rope, stride};
 
     /// From one end to the other, taut or slack, and gone at its end.
     #[test]
@@ -126,5 +133,15 @@ mod tests {
             assert!((first - from).dot(&way) <= 1e-9 && (last - to).dot(&way) >= -1e-9);
         }
         assert!(pieces[0].at(0.9).is_none(), "it broke");
+    }
+
+    /// A long run with many ropes takes no more memory than a short one with few.
+    #[test]
+    fn what_ropes_take_is_bounded() {
+        assert_eq!((stride(0, 0), stride(1, 432), stride(10, 3000)), (1, 1, 1));
+        for (ropes, steps) in [(10, 60_000), (10_000, 60_000), (10_000, 1)] {
+            let stride = stride(ropes, steps);
+            assert!(ropes * PIECES as usize * (steps / stride) <= MOST_POSES, "{stride}");
+        }
     }
 }

@@ -105,6 +105,11 @@ impl ResolveContext<'_> {
                 self.wrong(&join(path, key), why);
             }
         }
+        if driven && shapes.len() > 1 {
+            let count = shapes.len();
+            let message = format!("only a body of one object is driven; its mesh file has {count}");
+            self.wrong(&join(path, "keyframes"), message);
+        }
         let anchors = anchors(body.anchor, &shapes);
         let mut templates = Vec::with_capacity(shapes.len());
         for ((object, geometry), anchor) in shapes.into_iter().zip(anchors) {

@@ -49,10 +49,14 @@ impl Builder<'_> {
         let there = |name: &Option<String>| name.as_ref().is_some_and(|it| made.contains(&it[..]));
         let single: Vec<Option<String>> =
             self.context.root.items("body").iter().map(name).collect();
+        let whole = bodies.iter().map(|body| body.name.as_str());
+        let soft = self.moving.iter().map(|body| body.name.as_str());
+        let known: BTreeSet<&str> = whole.chain(soft).collect();
+        let is_lost = |name: &String| !known.contains(&name[..]) && !made.contains(&name[..]);
         LostBodies {
             generators: generators.filter(|name| !there(name)).collect(),
             any: self.context.garbled || single.iter().any(Option::is_none),
-            names: single.into_iter().flatten().collect(),
+            names: single.into_iter().flatten().filter(is_lost).collect(),
         }
     }
 

@@ -9,6 +9,9 @@ use cullet_geometry::{Pose, Solid, TriMesh, Vec3};
 /// Convex parts of a shape that is not convex, at least.
 const LEAST_HULLS: u32 = 4;
 
+/// Most triangles of all shapes of a body: those of an exact union take some kilobytes each.
+const MOST_TRIANGLES: usize = 200_000;
+
 /// A shape and where it stands in the frame of its body.
 #[derive(Clone, Debug)]
 pub struct PlacedShape {
@@ -36,11 +39,19 @@ pub(super) fn mesh(parts: &[PlacedShape], settings: HullSettings) -> Result<Part
     let max_parts = (settings.max_parts / hollow.max(1)).max(LEAST_HULLS);
     let settings = HullSettings { max_parts, ..settings };
     let (mut bodies, mut hulls) = (Vec::with_capacity(parts.len()), Vec::new());
+    let mut triangles = 0;
     for (index, part) in parts.iter().enumerate() {
         let of_part = |why: String| format!("part {index}: {why}");
         let mut mesh = shape::mesh(&part.shape).map_err(of_part)?;
         let placed = |v: &Vec3| part.pose.rotation * v + part.pose.translation.vector;
         mesh.vertices.iter_mut().for_each(|v| *v = placed(v));
+        triangles += mesh.triangles.len();
+        if triangles > MOST_TRIANGLES {
+            return Err(of_part(format!(
+                "with it the body's parts have {triangles} triangles; at most {MOST_TRIANGLES} are \
+                 taken"
+            )));
+        }
         let tags = vec![0; mesh.triangles.len()];
         bodies.push(Exact::tagged(&mesh, &tags).map_err(|error| of_part(error.to_string()))?);
         if shape::convex(&part.shape) {

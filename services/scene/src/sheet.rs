@@ -7,7 +7,7 @@ use super::format::{
 use super::material::SceneMaterial;
 use super::moving::{DAMPING, LONGEST, SceneMovingBody, WINDOW, air};
 use cullet_document::error::{nearest, suggest};
-use cullet_document::tree::{Node, Path, join};
+use cullet_document::tree::{Path, join};
 use cullet_geometry::{Pose, Vec3};
 use cullet_model::membrane::FIRST_QUANTITY;
 use cullet_model::{
@@ -265,11 +265,6 @@ impl ResolveContext<'_> {
     ) {
         for (path, name) in absent {
             let moves = moving.iter().any(|body| body.name == name);
-            let mut written = self.root.items("body").iter();
-            let named = |node: &Node| node.get("name").and_then(Node::text) == Some(&name);
-            if !moves && written.any(named) {
-                continue;
-            }
             let known = self.objects.keys().map(String::as_str);
             let help = nearest(&name, known).map(|near| format!("did you mean `{near}`?"));
             let message = match moves {

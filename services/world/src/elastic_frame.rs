@@ -90,6 +90,11 @@ impl<'a> ElasticFrame<'a> {
 
     /// What each element gives so that the bodies get what they need.
     pub(crate) fn solve(&self, needed: &[Exchange], kept: &mut KeptFactor) -> FrameSolution {
+        if self.ground <= 0.0 {
+            // Slack ropes alone give nothing.
+            let given = self.elements.iter().map(|_| Exchange::zero()).collect();
+            return FrameSolution { given, converged: true };
+        }
         let b: Vec<f64> =
             needed.iter().flat_map(|n| n.linear.iter().chain(n.torque.iter()).copied()).collect();
         let fits = match &kept.0 {

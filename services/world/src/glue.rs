@@ -7,7 +7,7 @@ use crate::jointed::{JointLink, Jointed};
 use crate::joints::{check_pair, known, put, within};
 use crate::shared_face::{SharedFace, shared_face};
 use crate::state::WorldState;
-use cullet_geometry::Pose;
+use cullet_geometry::{Pose, Vec3};
 use std::collections::BTreeSet;
 
 /// Which bodies are glued.
@@ -68,6 +68,11 @@ const LEAST_FACE: f64 = 1e-6;
 /// Greatest strength \[Pa\], force \[N\] and torque \[N·m\].
 const STRONGEST: f64 = 1e30;
 
+/// Most pairs of bodies that are looked at for a face that they share.
+const MOST_PAIRS: usize = 4_000_000;
+/// Most joints with those of glue.
+const MOST_JOINTS: usize = 200_000;
+
 /// [`crate::World::glue`].
 pub(crate) fn glue(world: &mut WorldState, spec: &GlueSpec) -> Result<GlueReport, JointError> {
     let named = matches!(spec.bodies, GlueBodies::Pairs(_));
@@ -100,6 +105,9 @@ pub(crate) fn glue(world: &mut WorldState, spec: &GlueSpec) -> Result<GlueReport
             None if named => report.apart.push((a, b)),
             None => {}
         }
+    }
+    if world.joints.all.len() + made.len() > MOST_JOINTS {
+        return Err(JointError::TooMany { what: "joints in the world", most: MOST_JOINTS });
     }
     report.alone = alone.into_iter().collect();
     report.joints = made.into_iter().map(|joint| JointId(put(world, joint))).collect();
@@ -160,8 +168,18 @@ fn check(body: &Body, spec: &GlueSpec) -> Result<(), JointError> {
     set.into_iter().try_for_each(|(what, value)| within(body, what, value, least, STRONGEST))
 }
 
+/// The axis along which bodies lie farthest apart.
+fn widest(spans: &[(Vec3, f64, BodyId)]) -> usize {
+    let none = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    let add = |(low, high): (Vec3, Vec3), (middle, ..): &(Vec3, f64, BodyId)| {
+        (low.inf(middle), high.sup(middle))
+    };
+    let (low, high) = spans.iter().fold(none, add);
+    (high - low).imax()
+}
+
 /// The pairs that may be glued, the lower body first, in order, each once; of a group those whose
-/// balls meet along x.
+/// balls meet along the axis along which it is longest.
 fn pairs(world: &WorldState, spec: &GlueSpec) -> Result<Vec<(BodyId, BodyId)>, JointError> {
     let mut pairs = BTreeSet::new();
     match &spec.bodies {
@@ -179,13 +197,23 @@ fn pairs(world: &WorldState, spec: &GlueSpec) -> Result<Vec<(BodyId, BodyId)>, J
             let mut spans = Vec::with_capacity(all.len());
             for id in all {
                 let (body, motion) = known(world, id)?;
-                let (middle, half) = (motion.centre().x, body.reach + spec.gap);
-                spans.push((middle - half, middle + half, id));
+                spans.push((motion.centre(), body.reach + spec.gap, id));
             }
+            let axis = widest(&spans);
+            let span = |(middle, half, id): (Vec3, f64, BodyId)| {
+                (middle[axis] - half, middle[axis] + half, id)
+            };
+            let mut spans: Vec<(f64, f64, BodyId)> = spans.into_iter().map(span).collect();
             spans.sort_by(|one, two| one.0.total_cmp(&two.0).then(one.2.cmp(&two.2)));
             for (k, &(_, end, a)) in spans.iter().enumerate() {
                 let near = spans[k + 1..].iter().take_while(|(start, ..)| *start <= end);
                 pairs.extend(near.map(|&(.., b)| (a.min(b), a.max(b))));
+                if pairs.len() > MOST_PAIRS {
+                    return Err(JointError::TooMany {
+                        what: "pairs near each other",
+                        most: MOST_PAIRS,
+                    });
+                }
             }
         }
     }

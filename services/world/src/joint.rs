@@ -168,6 +168,14 @@ pub enum JointError {
         /// The other's; "the world" where it is that.
         b: String,
     },
+    /// More than can be.
+    #[error("too many {what}; at most {most} are taken")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// The bound.
+        most: usize,
+    },
     /// A number lies outside its range.
     #[error("{what} of a joint of {name:?} is {value:.6e}; it must lie in [{low:.3e}, {high:.3e}]")]
     OutOfRange {

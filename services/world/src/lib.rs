@@ -34,6 +34,7 @@ mod mass;
 mod material;
 mod measure;
 mod motion;
+mod over_step;
 mod path;
 mod places;
 mod rejoin;

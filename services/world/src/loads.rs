@@ -9,13 +9,13 @@
 //! friction of the last substep stands for the whole step, and a weak element to the ground takes
 //! the error.
 
-use crate::body::Body;
 use crate::elastic_frame::{ElasticFrame, FrameElement, FrameNode};
-use crate::exchange::{Exchange, Rest, Stepped, rest, sums};
+use crate::exchange::{Exchange, Rest, rest, sums};
 use crate::groups::{JointedGroup, find_groups};
 use crate::joint::{JointLimit, JointLoad};
 use crate::jointed::{CarryingFace, JointLink, Jointed, points};
 use crate::motion::Motion;
+use crate::over_step::{acceleration, mean_motion, stepped};
 use crate::rigid::Contact;
 use crate::state::WorldState;
 use cullet_geometry::{Mat3, Pose, Quat, Vec3};
@@ -52,38 +52,51 @@ pub(crate) fn find_loads(world: &mut WorldState, contacts: &[Contact]) -> StepLo
         let moves = |id: u32| world.bodies.get(&id).is_some_and(|body| !body.immovable());
         find_groups(&world.joints.all, moves)
     });
-    let friction = known_friction(world, contacts);
+    let contacts = StepContacts::new(world, contacts);
     for group in &mut groups {
         if group.bodies.iter().all(|&id| world.rigid.sleeping(id)) {
             continue;
         }
-        load(world, group, contacts, &friction, &mut found);
+        load(world, group, &contacts, &mut found);
     }
     world.joints.groups = Some(groups);
     found
 }
 
-/// A body over the step.
-pub(crate) fn stepped(world: &WorldState, id: u32) -> Option<(&Body, Stepped)> {
-    let body = world.bodies.get(&id).filter(|body| !body.immovable())?;
-    let (&before, after) = (world.rigid.before(id)?, world.rigid.motion(id)?);
-    let stepped = Stepped {
-        mass: body.mass,
-        inertia: body.world_inertia(&before.pose),
-        inertia_after: body.world_inertia(&after.pose),
-        before,
-        after,
-    };
-    Some((body, stepped))
+/// The contacts of a step.
+struct StepContacts<'a> {
+    all: &'a [Contact],
+    /// Numbers of those of each body, rising.
+    of: BTreeMap<u32, Vec<usize>>,
+    /// Friction on the partner of each body that touches nothing else and has no joints, by
+    /// contact.
+    friction: BTreeMap<usize, (u32, Exchange)>,
 }
 
-/// Gravity and what fields give a body \[m/s²\].
-pub(crate) fn acceleration(world: &WorldState, id: u32) -> Vec3 {
-    let field = world.fields.get(&id).copied().unwrap_or_else(Vec3::zeros);
-    world.settings.gravity + field
+impl<'a> StepContacts<'a> {
+    fn new(world: &WorldState, all: &'a [Contact]) -> Self {
+        let mut of: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for (k, contact) in all.iter().enumerate() {
+            for id in [contact.a, contact.b] {
+                of.entry(id).or_default().push(k);
+            }
+        }
+        Self { all, of, friction: known_friction(world, all) }
+    }
+
+    /// Those of a body, with their numbers.
+    fn of(&self, id: u32) -> impl Iterator<Item = (usize, &'a Contact)> {
+        let own = self.of.get(&id).map_or(&[][..], Vec::as_slice);
+        own.iter().map(|&k| (k, &self.all[k]))
+    }
+
+    /// Those of some bodies, each once, with their numbers.
+    fn of_all(&self, ids: &[u32]) -> BTreeMap<usize, &'a Contact> {
+        ids.iter().flat_map(|&id| self.of(id)).collect()
+    }
 }
 
-/// Friction on the partner of each body that touches nothing else and has no joints, by contact.
+/// [`StepContacts::friction`].
 fn known_friction(world: &WorldState, contacts: &[Contact]) -> BTreeMap<usize, (u32, Exchange)> {
     let sums = sums(contacts);
     let dt = world.settings.step;
@@ -139,8 +152,7 @@ fn middle(world: &WorldState, id: u32) -> Option<Pose> {
 fn load(
     world: &WorldState,
     group: &mut JointedGroup,
-    contacts: &[Contact],
-    friction: &BTreeMap<usize, (u32, Exchange)>,
+    contacts: &StepContacts<'_>,
     found: &mut StepLoads,
 ) {
     let poses: BTreeMap<u32, Pose> =
@@ -154,7 +166,7 @@ fn load(
     let Some(nodes) = nodes(world, group, &poses, &back) else { return };
     let mut frame = GroupFrame::default();
     for &id in &group.bodies {
-        let need = needed(world, id, contacts, friction);
+        let need = needed(world, id, contacts);
         let turned = |v: Vec3| back * v;
         frame.needed.push(Exchange { linear: turned(need.linear), torque: turned(need.torque) });
     }
@@ -163,7 +175,7 @@ fn load(
             frame.push(element, Some(id), rope);
         }
     }
-    add_friction((&places, &poses, &back), contacts, friction, &mut frame);
+    add_friction((&places, &poses, &back), contacts, &mut frame);
     let given = share_out(group, &nodes, &mut frame, found);
     let dt = world.settings.step;
     for ((id, element), given) in frame.joints.iter().zip(&frame.elements).zip(given) {
@@ -228,12 +240,7 @@ fn nodes(
 }
 
 /// What the joints of a body gave it in sum, and friction that is not known.
-fn needed(
-    world: &WorldState,
-    id: u32,
-    contacts: &[Contact],
-    friction: &BTreeMap<usize, (u32, Exchange)>,
-) -> Exchange {
+fn needed(world: &WorldState, id: u32, contacts: &StepContacts<'_>) -> Exchange {
     let Some((body, stepped)) = stepped(world, id) else { return Exchange::zero() };
     let (before, after, dt) = (&stepped.before, &stepped.after, world.settings.step);
     let damping = world.rigid.damping(id) * dt;
@@ -244,14 +251,14 @@ fn needed(
         torque: stepped.inertia_after * after.spin * (1.0 + damping / 2.0)
             - stepped.inertia * before.spin * (1.0 - damping / 2.0),
     };
-    for (k, contact) in contacts.iter().enumerate() {
+    for (k, contact) in contacts.of(id) {
         let (sign, torque) = match id {
             id if id == contact.a => (-1.0, contact.torque_a),
             id if id == contact.b => (1.0, contact.torque_b),
             _ => continue,
         };
         need.add(&Exchange { linear: contact.on_b * -sign, torque: -torque });
-        let rub = match friction.get(&k) {
+        let rub = match contacts.friction.get(&k) {
             Some((body, known)) if *body == id => *known,
             _ => {
                 let linear = contact.rub * sign;
@@ -346,16 +353,16 @@ fn stiffness(joint: &Jointed, turn: &Quat) -> (Mat3, Mat3) {
 /// Weak elements for friction that is not known.
 fn add_friction(
     (places, poses, back): (&BTreeMap<u32, usize>, &BTreeMap<u32, Pose>, &Quat),
-    contacts: &[Contact],
-    friction: &BTreeMap<usize, (u32, Exchange)>,
+    contacts: &StepContacts<'_>,
     frame: &mut GroupFrame,
 ) {
     let stiffness: f64 = frame.elements.iter().map(|e| e.force.trace() / 3.0).sum();
     let weak = FRICTION * stiffness / frame.elements.len().max(1) as f64;
-    for (k, contact) in contacts.iter().enumerate() {
+    let bodies: Vec<u32> = places.keys().copied().collect();
+    for (k, contact) in contacts.of_all(&bodies) {
         let ends = [contact.a, contact.b].map(|id| places.get(&id).copied());
         let Some(n) = contact.on_b.try_normalize(0.0) else { continue };
-        if ends == [None; 2] || friction.contains_key(&k) {
+        if contacts.friction.contains_key(&k) {
             continue;
         }
         let (n, point) = (back * n, contact.moment / contact.impulse);
@@ -367,28 +374,28 @@ fn add_friction(
     }
 }
 
-/// Work of driven bodies on others by the joints that they hold them with \[J\], each with its id.
+/// Work of driven bodies on others by the joints that they hold them with \[J\], each with its body:
+/// what the other side takes up, at the mean of its velocities before and after the step.
 pub(crate) fn joint_work(world: &WorldState, loads: &StepLoads) -> Vec<(u32, f64)> {
     let dt = world.settings.step;
     let mut work = Vec::new();
     for (id, load) in &loads.loads {
         let Some(joint) = world.joints.all.get(id) else { continue };
-        for (side, body) in [Some(joint.a), joint.b].into_iter().enumerate() {
-            let Some(id) =
-                body.filter(|id| world.bodies.get(id).is_some_and(|body| body.driven.is_some()))
+        let ends = [Some(joint.a), joint.b];
+        for (side, driver) in ends.into_iter().enumerate() {
+            let is_driven =
+                |id: &u32| world.bodies.get(id).is_some_and(|body| body.driven.is_some());
+            let (Some(driver), other) = (driver.filter(is_driven), ends[1 - side]) else {
+                continue;
+            };
+            let Some((speed, spin)) =
+                other.and_then(|id| mean_motion(world, id, joint.ends[1 - side]))
             else {
                 continue;
             };
-            let (Some(motion), Some(pose)) = (world.rigid.before(id), middle(world, id)) else {
-                continue;
-            };
-            let point = (pose * nalgebra::Point3::from(joint.ends[side])).coords;
-            let arm = point - pose.translation.vector;
-            let speed = motion.velocity + motion.spin.cross(&arm);
-            // The other side gets the opposite of what this one does.
+            // The load is what the second side gets.
             let sign = if side == 0 { 1.0 } else { -1.0 };
-            let power = load.force.dot(&speed) + load.torque.dot(&motion.spin);
-            work.push((id, sign * power * dt));
+            work.push((driver, sign * (load.force.dot(&speed) + load.torque.dot(&spin)) * dt));
         }
     }
     work

@@ -4,13 +4,14 @@
 //! would be over their limits at once. But the first to break spares the others. So the worst are
 //! taken out, and the step is taken again from where it began.
 
+use crate::body::Body;
 use crate::error::WorldError;
 use crate::id::BodyId;
 use crate::joint::{JointBreak, JointId};
 use crate::joint_store::MOST_RETAKES;
 use crate::jointed::points;
 use crate::joints::take_out;
-use crate::loads::{StepLoads, find_loads};
+use crate::loads::{StepLoads, find_loads, joint_work};
 use crate::rigid::Contact;
 use crate::state::WorldState;
 use cullet_geometry::Pose;
@@ -22,6 +23,8 @@ const ALIKE: f64 = 0.05;
 pub(crate) struct Advance {
     pub(crate) contacts: Vec<Contact>,
     pub(crate) loads: StepLoads,
+    /// Work of driven bodies on others by joints \[J\], those that broke included.
+    pub(crate) work: Vec<(u32, f64)>,
 }
 
 /// Lets the engine take a step; joints that break in it are gone, as if they had not been there.
@@ -47,10 +50,11 @@ pub(crate) fn advance(world: &mut WorldState) -> Result<Advance, WorldError> {
             breaking.iter().filter_map(|&(id, share)| broken(world, &loads, id, share)).collect();
         world.joints.broken.extend(broken);
         let Some(saved) = again else {
+            let work = joint_work(world, &loads);
             breaking.iter().for_each(|&(id, _)| drop(take_out(world, id)));
             keep(world, &loads);
             world.joints.counts.steps_retaken += u64::from(round > 0);
-            return Ok(Advance { contacts, loads });
+            return Ok(Advance { contacts, loads, work });
         };
         gone.extend(breaking.iter().map(|&(id, _)| id));
         world.rigid.restore(saved);
@@ -65,14 +69,15 @@ pub(crate) fn advance(world: &mut WorldState) -> Result<Advance, WorldError> {
     }
 }
 
-/// Is anything awake that a joint with a limit holds?
+/// May a joint with a limit break in this step? Whatever is awake may wake what sleeps within the
+/// step, and so may fields and driven bodies.
 fn may_break(world: &WorldState) -> bool {
-    let awake = |id: u32| {
-        let moves = world.bodies.get(&id).is_some_and(|body| !body.immovable());
-        moves && !world.rigid.sleeping(id)
+    let acts = |(&id, body): (&u32, &Body)| match &body.driven {
+        Some(path) => path.end() > world.time() - world.settings.step,
+        None => !body.immovable() && !world.rigid.sleeping(id),
     };
-    let mut fragile = world.joints.all.values().filter(|joint| joint.limit.breakable());
-    fragile.any(|joint| awake(joint.a) || joint.b.is_some_and(awake))
+    world.joints.all.values().any(|joint| joint.limit.breakable())
+        && (world.fields != world.last_fields || world.bodies.iter().any(acts))
 }
 
 /// Joints over their limits, the worst first, then in order.

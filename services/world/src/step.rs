@@ -6,7 +6,8 @@ use crate::error::WorldError;
 use crate::exchange::{Received, received, rest, sums};
 use crate::id::BodyId;
 use crate::impact::{EpisodeOutcome, Hit, Party, effective_mass, hits};
-use crate::loads::{StepLoads, acceleration, joint_work, stepped};
+use crate::loads::StepLoads;
+use crate::over_step::{acceleration, stepped};
 use crate::places::check_places;
 use crate::retake::{Advance, advance};
 use crate::rigid::Contact;
@@ -16,13 +17,13 @@ use crate::state::WorldState;
 pub(crate) fn step(world: &mut WorldState) -> Result<Vec<Hit>, WorldError> {
     let start = world.time();
     world.steps += 1;
-    let Advance { contacts, loads } = advance(world)?;
+    let Advance { contacts, loads, work } = advance(world)?;
     check_places(world)?;
     let WorldState { settings, rigid, debris, .. } = &mut *world;
     debris.advance(&settings.gravity, settings.step, rigid);
     let received = received_over_step(world, &contacts, &loads);
     follow(world, &contacts, &received, start);
-    book(world, &contacts, &received, &loads);
+    book(world, &contacts, &received, work);
     see_who_settles(world);
     let settings = &world.settings;
     let over = world.episodes.take_over(world.time(), settings.resting_speed, settings.episode);
@@ -113,20 +114,18 @@ fn received_over_step(
     received(contacts, rests, &driven.collect())
 }
 
-/// Books what driven bodies and fields did over the step.
+/// Books what driven bodies and fields did over the step; `work`: of driven bodies by joints.
 fn book(
     world: &mut WorldState,
     contacts: &[Contact],
     received: &[[Received; 2]],
-    loads: &StepLoads,
+    mut work: Vec<(u32, f64)>,
 ) {
-    let mut work: Vec<(u32, f64)> = Vec::new();
     for (contact, received) in contacts.iter().zip(received) {
         // What a driver loses is what it does.
         work.push((contact.a, received[0].taken));
         work.push((contact.b, received[1].taken));
     }
-    work.extend(joint_work(world, loads));
     for (id, work) in work {
         if world.bodies.get(&id).is_some_and(|body| body.driven.is_some()) {
             world.flows.driven_work += work;

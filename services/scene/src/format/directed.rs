@@ -110,7 +110,7 @@ pub struct JointEntry {
     #[serde(default)]
     #[schemars(
         schema_with = "unit::force",
-        extend("exclusiveMinimum" = 0, "x-default" = "it never breaks by a force")
+        extend("exclusiveMinimum" = 0, "maximum" = 1e30, "x-default" = "it never breaks by a force")
     )]
     pub force: Option<f64>,
     /// Greatest moment that the joint bears, averaged over a step \[N·m\]. Not of a ball joint or a
@@ -118,7 +118,7 @@ pub struct JointEntry {
     #[serde(default)]
     #[schemars(
         schema_with = "unit::moment",
-        extend("exclusiveMinimum" = 0, "x-default" = "it never breaks by a moment")
+        extend("exclusiveMinimum" = 0, "maximum" = 1e30, "x-default" = "it never breaks by a moment")
     )]
     pub torque: Option<f64>,
     /// Whether the two bodies collide with each other. Only of a ball joint and a rope: bodies that
@@ -143,28 +143,28 @@ pub struct GlueEntry {
     #[serde(default)]
     #[schemars(
         schema_with = "unit::force",
-        extend("exclusiveMinimum" = 0, "x-default" = "required without `tensile` and `shear`")
+        extend("exclusiveMinimum" = 0, "maximum" = 1e30, "x-default" = "required without `tensile` and `shear`")
     )]
     pub force: Option<f64>,
     /// Greatest moment that the glue between two bodies bears \[N·m\]. Only beside `force`.
     #[serde(default)]
     #[schemars(
         schema_with = "unit::moment",
-        extend("exclusiveMinimum" = 0, "x-default" = "it never breaks by a moment")
+        extend("exclusiveMinimum" = 0, "maximum" = 1e30, "x-default" = "it never breaks by a moment")
     )]
     pub torque: Option<f64>,
     /// Tensile strength of the glue \[Pa\].
     #[serde(default)]
     #[schemars(
         schema_with = "unit::pressure",
-        extend("exclusiveMinimum" = 0, "x-default" = "required without `force`")
+        extend("exclusiveMinimum" = 0, "maximum" = 1e30, "x-default" = "required without `force`")
     )]
     pub tensile: Option<f64>,
     /// Shear strength of the glue \[Pa\].
     #[serde(default)]
     #[schemars(
         schema_with = "unit::pressure",
-        extend("exclusiveMinimum" = 0, "x-default" = "required without `force`")
+        extend("exclusiveMinimum" = 0, "maximum" = 1e30, "x-default" = "required without `force`")
     )]
     pub shear: Option<f64>,
     /// Greatest distance of two bodies that stick together \[m\], such as the thickness of a bed of
@@ -254,7 +254,7 @@ pub struct FieldEntry {
     #[serde(default)]
     #[schemars(
         schema_with = "unit::length",
-        extend("exclusiveMinimum" = 0, "maximum" = 10_000, "x-default" = "1")
+        extend("minimum" = 1e-6, "maximum" = 10_000, "x-default" = "1")
     )]
     pub size: Option<f64>,
     /// How often eddies of turbulence change \[1/s\]. Only of turbulence.

@@ -280,7 +280,7 @@ fn what_is_wrong_with_a_field_is_said_with_its_place() {
             "kind = \"attractor\"\nstrength = 1e5\npoint = [0, 0, 0]",
             ["field[0].strength", "at most 10000 m/s2"],
         ),
-        ("kind = \"turbulence\"\nstrength = 1\nsize = 0", ["field[0].size", "above 0 m"]),
+        ("kind = \"turbulence\"\nstrength = 1\nsize = 0", ["field[0].size", "at least 1e-6 m"]),
         (
             "kind = \"kill\"\npoint = [0, 0, 0]\nnormal = [0, 0, 0]",
             ["field[0].normal", "length above 1e-6"],
@@ -319,6 +319,10 @@ fn the_parts_of_a_body_are_one_closed_mesh() {
     let apart = parts.replace("position = [0.1,", "position = [0.5,");
     let said = from_text(&text, &[&apart]).expect_err("apart").to_string();
     assert!(said.contains("body.cube.parts") && said.contains("part 1 does not overlap"), "{said}");
+    let round = "{ shape = { kind = \"sphere\", radius = 0.1, segments = 256 } },";
+    let many = format!("body.cube.parts=[{}]", round.repeat(9));
+    let said = from_text(&text, &[&many]).expect_err("too many").to_string();
+    assert!(said.contains("triangles; at most 200000 are taken"), "{said}");
     let both = errors_of(SMALL, &[parts]);
     assert!(both.contains("body.cube.parts") && both.contains("not both"), "{both}");
 }

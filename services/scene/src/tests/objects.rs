@@ -159,6 +159,10 @@ fn what_is_wrong_with_objects_is_reported_at_its_key() {
             format!("[world]\nmax_bodies = 1\n{SHELF}objects = \"bodies\""),
             "body.shelf.objects: the scene would have 2 bodies; world.max_bodies is 1",
         ),
+        (
+            format!("{SHELF}objects = \"bodies\"\nkeyframes = [{{ at = 0 }}, {{ at = 1 }}]"),
+            "body.shelf.keyframes: only a body of one object is driven; its mesh file has 2",
+        ),
     ];
     for (text, said) in cases {
         let told = scene(&text).expect_err(&text);

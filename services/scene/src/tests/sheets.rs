@@ -130,6 +130,12 @@ fn what_is_wrong_with_quantities_is_told_at_its_place() {
     let absent = ["sheet.sheet.diffusion[1].source[0].body", "no rigid body \"hot bal\""];
     has(told(&[WATER, &body("hot bal")]), &absent);
     has(told(&[WATER, &body("hot bal")]), &["did you mean `hot ball`?"]);
+    let jelly = "[[body]]\nname = \"jelly\"\nmaterial = \"rubber\"\nposition = [0, 0, 0.3]\n\
+                 solver = \"peridynamics\"\nbreakable = false\n\
+                 shape = { kind = \"box\", size = [0.05, 0.05, 0.05] }\n[body.dynamic]\n";
+    let soft = format!("{}{jelly}", with_ball(&body("jelly")));
+    let soft = from_text(&soft, &[]).err().map(|errors| errors.to_string()).unwrap_or_default();
+    has(soft, &["sheet.sheet.diffusion[0].source[0].body", "\"jelly\" is no rigid body"]);
     let double = ["sheet.sheet.diffusion[1].name", "a second quantity is called \"water\""];
     has(told(&[WATER, WATER]), &double);
     let nameless = WATER.replace("name = \"water\"\n", "");

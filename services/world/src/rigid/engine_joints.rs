@@ -13,6 +13,8 @@ pub(super) struct EngineJoints {
     pub(super) ropes: BTreeMap<u32, (u32, Option<u32>)>,
     /// What each rigid one holds.
     pub(super) welds: BTreeMap<u32, (u32, Option<u32>)>,
+    /// How many joints each body has.
+    pub(super) counts: BTreeMap<u32, u32>,
     /// What these make of bodies; none where that is to be found anew.
     pub(super) fused: Option<Vec<FusedGroup>>,
     /// A body that never moves and touches nothing: the world.

@@ -35,6 +35,9 @@ impl Rigid {
             *self.suppressed.joined.entry(pair).or_insert(0) += 1;
         }
         self.joints.handles.insert(id, (handle, pair));
+        for body in [Some(joint.a), joint.b].into_iter().flatten() {
+            *self.joints.counts.entry(body).or_insert(0) += 1;
+        }
         match joint.link {
             JointLink::Rope { .. } => self.joints.ropes.insert(id, (joint.a, joint.b)),
             _ => self.joints.ends.insert(id, (joint.a, joint.b)),
@@ -48,8 +51,10 @@ impl Rigid {
     /// Takes a joint out, and wakes what it held.
     pub(crate) fn unjoin(&mut self, id: u32) {
         let Some((handle, pair)) = self.joints.handles.remove(&id) else { return };
-        self.joints.ends.remove(&id);
-        self.joints.ropes.remove(&id);
+        let ends = self.joints.ends.remove(&id).or(self.joints.ropes.remove(&id));
+        if let Some((a, b)) = ends {
+            [Some(a), b].into_iter().flatten().for_each(|body| self.count_less(body));
+        }
         self.joints.welds.remove(&id);
         self.joints.fused = None;
         self.world.remove_impulse_joint(handle);
@@ -59,6 +64,20 @@ impl Rigid {
             if *count == 0 {
                 self.suppressed.joined.remove(&pair);
             }
+        }
+    }
+
+    /// A body has one joint less; without any it is as it was before it had some.
+    fn count_less(&mut self, body: u32) {
+        let Some(count) = self.joints.counts.get_mut(&body) else { return };
+        *count -= 1;
+        if *count > 0 {
+            return;
+        }
+        self.joints.counts.remove(&body);
+        let handle = self.slots.get(&body).map(|slot| slot.handle);
+        if let Some(body) = handle.and_then(|handle| self.world.bodies.get_mut(handle)) {
+            body.set_additional_solver_iterations(0);
         }
     }
 

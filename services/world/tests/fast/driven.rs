@@ -266,3 +266,36 @@ fn a_trolley_drags_a_ball_on_a_rope() {
     let (work, gained) = (world.driven_work(), energy(&world) - start);
     assert!(gained > 5.0 && (work / gained - 1.0).abs() < 0.03, "{work} J for {gained} J");
 }
+
+/// What is glued to a driven body that has come to its end sleeps, and so does the world; and the
+/// work on what breaks off in a step is booked.
+#[test]
+fn what_hangs_on_a_body_at_the_end_of_its_path_sleeps() {
+    let key = |time: f64, x: f64| Keyframe { time, pose: Pose::translation(x, 0.0, 0.0) };
+    let keys = vec![key(0.0, 0.0), key(0.5, 0.4)];
+    let path = KeyframedPath::new(keys, PathInterpolation::Smooth).unwrap();
+    let held = |limit: Option<f64>| {
+        let mut world = World::new(weightless()).unwrap();
+        let trolley = put(&mut world, ram(Arc::new(path.clone())));
+        let lamp = body("lamp", cuboid(CUBE), GLASS, Vec3::new(0.0, 0.0, -0.2));
+        let lamp = put(&mut world, BodySpec { breakable: false, ..lamp });
+        let spec = GlueSpec {
+            bodies: GlueBodies::Pairs(vec![(lamp, trolley)]),
+            limit: GlueLimit::EachPair { force: limit, torque: None },
+            gap: 1e-4,
+        };
+        assert_eq!(world.glue(&spec).unwrap().joints.len(), 1);
+        (world, lamp)
+    };
+    let (mut world, lamp) = held(None);
+    steps(&mut world, 600);
+    assert!(world.at_rest(), "the world sleeps");
+    assert!((world.body(lamp).unwrap().pose.translation.x - 0.4).abs() < 1e-6);
+    assert!(world.driven_work().abs() < 1e-3, "what it gave it took: {}", world.driven_work());
+    // Without retakes the joint gives what it gave in the step that it broke in.
+    let (mut world, _) = held(Some(2.0));
+    world.set_joint_retakes(0);
+    steps(&mut world, 60);
+    let (energy, work) = (world.totals().kinetic_energy, world.driven_work());
+    assert!(energy > 0.0 && (work / energy - 1.0).abs() < 0.05, "{work} J of {energy} J");
+}

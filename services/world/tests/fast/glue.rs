@@ -207,6 +207,31 @@ fn a_glued_pillar_bears_what_is_above_and_sleeps() {
     }
 }
 
+/// A pillar on the floor and a ball that flies at it: whether the pillar sleeps when it is met makes no difference to what breaks.
+#[test]
+fn what_sleeps_breaks_as_what_is_awake() {
+    let struck = |waits: u32| {
+        let mut world = World::new(settings()).unwrap();
+        put(&mut world, floor());
+        let bricks: Vec<BodyId> = (0..6)
+            .map(|k| put(&mut world, brick(Vec3::new(0.0, 0.0, BRICK.z * (f64::from(k) + 0.5)))))
+            .collect();
+        glue(&mut world, &bricks, GlueLimit::Stress { tensile: 2e5, shear: 2e5 });
+        assert!(run(&mut world, waits).is_empty());
+        let asleep = world.at_rest();
+        let ball = body("ball", sphere(0.04, 6), STEEL, Vec3::new(0.0, -0.12, 0.42));
+        let velocity = Vec3::new(0.0, 4.0, 0.0);
+        put(&mut world, BodySpec { velocity, breakable: false, ..ball });
+        let broken = run(&mut world, 24);
+        (asleep, broken.len(), world.joint_counts().retakes)
+    };
+    let (awake, slept) = (struck(5), struck(720));
+    println!("awake {awake:?}, asleep {slept:?}");
+    assert!(!awake.0 && slept.0);
+    assert!(slept.2 > 0, "a step was taken again");
+    assert!(awake.1 > 0 && awake.1 < 5 && slept.1 == awake.1, "{awake:?} {slept:?}");
+}
+
 /// A brick of a wall is hit and breaks: the books of its replacement close, its fragments hold on
 /// to the neighbours, and nothing flies apart.
 #[test]

@@ -159,6 +159,25 @@ fn two_hangers_side_by_side_share_equally_and_a_rope_only_pulls() {
     assert!((place.z - 2.0).abs() < 2e-3, "{place}");
 }
 
+/// A slack rope bears nothing, and that is no failure of a solve.
+#[test]
+fn a_slack_rope_is_no_trouble() {
+    let mut world = World::new(settings()).unwrap();
+    let ball = put(&mut world, brick("ball", Vec3::new(0.0, 0.0, 2.0)));
+    let spec = JointSpec {
+        kind: JointKind::Rope { length: 0.5 },
+        anchor_b: Some(Vec3::new(0.0, 0.0, 2.2)),
+        ..rigid(ball, None, Vec3::new(0.0, 0.0, 2.0))
+    };
+    let rope = world.join(&spec).unwrap();
+    steps(&mut world, 20);
+    assert_eq!(world.joint(rope).unwrap().load.force, Vec3::zeros());
+    steps(&mut world, 480);
+    let pull = world.joint(rope).unwrap().load.force.norm();
+    assert!((pull / (mass() * G) - 1.0).abs() < 0.05, "{pull}");
+    assert_eq!(world.joint_counts().not_converged, 0);
+}
+
 /// Of three ropes in a row the one far from the weight would have to push; it hangs loose.
 #[test]
 fn a_rope_that_would_push_bears_nothing() {
