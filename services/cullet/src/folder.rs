@@ -79,15 +79,16 @@ pub(crate) fn refuse_fetched(folder: &Path) -> Result<(), CommandError> {
 
 /// A folder that holds a run is not written into.
 pub(crate) fn refuse_taken(folder: &Path) -> Result<(), CommandError> {
-    if is_taken(folder) {
-        let text = format!("{}: there is a run in this folder; name another", folder.display());
-        return Err(CommandError::new(Exit::Usage, text).at(folder.display()));
-    }
-    Ok(())
+    if is_taken(folder) { Err(taken(folder, "a run")) } else { Ok(()) }
 }
 
-/// What a run or a sweep leaves in its folder.
-const LEFT: [&str; 11] = [
+fn taken(folder: &Path, what: &str) -> CommandError {
+    let text = format!("{}: there is {what} in this folder; name another", folder.display());
+    CommandError::new(Exit::Usage, text).at(folder.display())
+}
+
+/// What a run leaves in its folder.
+const OF_RUN: [&str; 9] = [
     "run.mcap",
     "run.mcap.partial",
     "summary.json",
@@ -97,13 +98,54 @@ const LEFT: [&str; 11] = [
     "timeline.trace.json",
     "job.bin",
     "attempts.txt",
-    "table.csv",
-    "sheet.png",
 ];
+/// What a sweep leaves beside the folders of its runs.
+const OF_SWEEP: [&str; 2] = ["table.csv", "sheet.png"];
+
+/// Whether a run is or was recorded in a folder.
+fn has_run(folder: &Path) -> bool {
+    ["run.mcap", "run.mcap.partial"].iter().any(|name| folder.join(name).exists())
+}
+
+/// The folders of the runs of a sweep, from the first on.
+fn runs_of(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    let numbered = (1_u64..).map(move |number| folder.join(number.to_string()));
+    numbered.take_while(|run| run.is_dir())
+}
+
+/// A folder in which a run may take the place of another: it has no sweep.
+pub(crate) fn to_replace_run(folder: &Path) -> Result<Folder, CommandError> {
+    match folder.join("table.csv").exists() && !has_run(folder)
+        || runs_of(folder).any(|run| has_run(&run))
+    {
+        true => Err(taken(folder, "a sweep")),
+        false => Folder::at(folder),
+    }
+}
+
+/// A folder in which a sweep may take the place of another: it has no run of its own.
+pub(crate) fn to_replace_sweep(folder: &Path) -> Result<Folder, CommandError> {
+    if has_run(folder) { Err(taken(folder, "a run")) } else { Folder::at(folder) }
+}
 
 /// Deletes the files of the run in a folder, and no others, so that another run takes its place.
-pub(crate) fn clear(folder: &Path) -> Result<(), CommandError> {
-    for name in LEFT {
+/// Where there is no run, nothing is deleted.
+pub(crate) fn clear_run(folder: &Path) -> Result<(), CommandError> {
+    if has_run(folder) { delete(folder, &OF_RUN) } else { Ok(()) }
+}
+
+/// Deletes the files of the sweep in a folder and of all its runs, and no others. Where there is no
+/// sweep, nothing is deleted.
+pub(crate) fn clear_sweep(folder: &Path) -> Result<(), CommandError> {
+    if !runs_of(folder).any(|run| has_run(&run)) {
+        return Ok(());
+    }
+    runs_of(folder).try_for_each(|run| clear_run(&run))?;
+    delete(folder, &OF_SWEEP)
+}
+
+fn delete(folder: &Path, names: &[&str]) -> Result<(), CommandError> {
+    for name in names {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
             Err(error) if path.exists() => return Err(CommandError::file(&path, error)),
@@ -145,8 +187,41 @@ fn is_linked(_: &Path, _: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::Folder;
+    use super::{Folder, clear_run, clear_sweep, to_replace_run, to_replace_sweep};
     use std::fs;
+
+    /// What is replaced is a run by a run and a sweep by a sweep; files of the user's stay.
+    #[test]
+    fn only_a_run_gives_place_to_a_run() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let base = dir.path();
+        let write = |name: &str| {
+            let path = base.join(name);
+            fs::create_dir_all(path.parent().expect("below the base")).expect("a folder");
+            fs::write(path, "").expect("a file");
+        };
+        let is = |name: &str| base.join(name).exists();
+        ["mine/table.csv", "mine/preview.png", "mine/1/note"].into_iter().for_each(write);
+        let mine = base.join("mine");
+        assert!(to_replace_run(&mine).is_err(), "that table may be a sweep's");
+        clear_run(&mine).and(clear_sweep(&mine)).unwrap_or_else(|why| panic!("{why}"));
+        assert!(is("mine/table.csv") && is("mine/preview.png"), "there was no run");
+        ["sweep/table.csv", "sweep/1/run.mcap", "sweep/2/run.mcap.partial", "sweep/2/note"]
+            .into_iter()
+            .for_each(write);
+        let sweep = base.join("sweep");
+        assert!(to_replace_run(&sweep).is_err() && to_replace_sweep(&sweep).is_ok());
+        clear_run(&sweep).unwrap_or_else(|why| panic!("{why}"));
+        assert!(is("sweep/table.csv") && is("sweep/1/run.mcap"));
+        clear_sweep(&sweep).unwrap_or_else(|why| panic!("{why}"));
+        assert!(!is("sweep/table.csv") && !is("sweep/1/run.mcap") && is("sweep/2/note"));
+        assert!(!is("sweep/2/run.mcap.partial"));
+        ["run/run.mcap", "run/summary.json", "run/table.csv"].into_iter().for_each(write);
+        let run = base.join("run");
+        assert!(to_replace_sweep(&run).is_err() && to_replace_run(&run).is_ok());
+        clear_run(&run).unwrap_or_else(|why| panic!("{why}"));
+        assert!(!is("run/run.mcap") && !is("run/summary.json") && is("run/table.csv"));
+    }
 
     #[test]
     fn only_what_was_made_for_a_run_is_taken_back() {

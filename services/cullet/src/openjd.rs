@@ -7,6 +7,7 @@ use crate::args::{OpenJobArgs, SceneArgs};
 use crate::exit::{CommandError, Exit, print};
 use crate::logs;
 use crate::run::read_scene;
+use crate::shown::shown;
 use crate::sweep;
 use cullet_files::output::write_file;
 use serde_json::{Value, json};
@@ -39,6 +40,10 @@ pub(crate) fn template(args: &OpenJobArgs) -> Result<Exit, CommandError> {
         Some(file) => file.parent().unwrap_or(Path::new("")),
         None => Path::new(""),
     };
+    if let Some(set) = args.scene.set.iter().find(|set| set.contains(['\n', '\r'])) {
+        let text = format!("--set {}: an override in a template is a single line", shown(set));
+        return Err(CommandError::new(Exit::Usage, text));
+    }
     let overrides = args.scene.set.join("\n");
     if overrides.chars().count() > MAX_VALUE {
         let text = format!(

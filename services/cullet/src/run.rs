@@ -1,7 +1,7 @@
 //! `cullet run` and `cullet check`.
 
 use crate::exit::{CommandError, Exit, print, refused};
-use crate::folder::{Folder, clear};
+use crate::folder::{Folder, clear_run, to_replace_run};
 use crate::live::LivePage;
 use crate::progress::ProgressDisplay;
 use crate::shown::{lines as lines_of, shown};
@@ -32,15 +32,18 @@ pub(crate) fn run_scene(
 ) -> Result<Exit, CommandError> {
     let framing = checked_framing(args.close.framing(), scene)?;
     let stop = stop_when_told("the recording is finished first")?;
-    if args.replace {
-        out.map_or(Ok(()), clear)?;
-    }
-    let folder = Folder::of(out, &scene.name)?;
+    let folder = match out.filter(|_| args.replace) {
+        Some(out) => to_replace_run(out)?,
+        None => Folder::of(out, &scene.name)?,
+    };
     let out = &folder.path;
     let named = std::iter::once((scene.name.clone(), set.to_vec()));
     let mut live =
         LivePage::open(args.live, named, args.voice.quiet).inspect_err(|_| folder.forget())?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
+    if args.replace {
+        clear_run(out)?;
+    }
     let mut progress = ProgressDisplay::new(args.voice.quiet);
     let options = RunOptions { out, stop: &stop };
     live.iter_mut().for_each(|page| page.begin(0, out, &pool));

@@ -9,7 +9,7 @@ pub(crate) use farm::{fetch, submit};
 use crate::args::{self, SceneArgs};
 use crate::client::print_json;
 use crate::exit::{CommandError, Exit, print};
-use crate::folder::{Folder, clear};
+use crate::folder::{Folder, clear_sweep, to_replace_sweep};
 use crate::live::LivePage;
 use crate::logs;
 use crate::run::{checked_framing, draw, exit_of, read_scene, start_pool, trouble};
@@ -149,16 +149,18 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
     for scene in &scenes {
         framing = checked_framing(framing, scene)?;
     }
-    if let Some(out) = args.out.as_deref().filter(|_| args.replace) {
-        clear(out)?;
-        (1..=scenes.len()).try_for_each(|number| clear(&out.join(number.to_string())))?;
-    }
-    let folder = Folder::of(args.out.as_deref(), &named.name)?;
+    let folder = match args.out.as_deref().filter(|_| args.replace) {
+        Some(out) => to_replace_sweep(out)?,
+        None => Folder::of(args.out.as_deref(), &named.name)?,
+    };
     let sets = named.sets(&args.scene.set);
     let runs = scenes.iter().map(|scene| scene.name.clone()).zip(sets);
     let live = LivePage::open(args.live, runs, args.voice.quiet);
     let mut live = live.inspect_err(|_| folder.forget())?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
+    if args.replace {
+        clear_sweep(&folder.path)?;
+    }
     let mut rows = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
         let out = folder.path.join(format!("{}", index + 1));
