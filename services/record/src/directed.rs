@@ -120,8 +120,8 @@ mod tests {
         assert_eq!(
             totals.to_string(),
             "directed: 2 bodies moved by keyframes, 4.000e0 J of work on others; 2 joints (1 of \
-             glue) of given strength, 1 passed on to fragments, 1 broken, 0 gone with their bodies; \
-             1 body removed"
+             glue) of given strength, 1 passed on to fragments, 1 broken, 0 gone with their \
+             bodies; 1 body removed"
         );
     }
 }

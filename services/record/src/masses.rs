@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Cells from which on a solved fragment is resolved \[1\]: the masses of smaller ones depend on the
-/// grid. Fragments that were drawn from a law are never resolved, whatever their size.
+/// Cells from which on a solved fragment is resolved \[1\]: the masses of smaller ones depend on
+/// the grid. Fragments that were drawn from a law are never resolved, whatever their size.
 pub const RESOLVED_CELLS: f64 = 64.0;
 
 /// A fragment that broke no further.

@@ -374,8 +374,8 @@ fn add_friction(
     }
 }
 
-/// Work of driven bodies on others by the joints that they hold them with \[J\], each with its body:
-/// what the other side takes up, at the mean of its velocities before and after the step.
+/// Work of driven bodies on others by the joints that they hold them with \[J\], each with its
+/// body: what the other side takes up, at the mean of its velocities before and after the step.
 pub(crate) fn joint_work(world: &WorldState, loads: &StepLoads) -> Vec<(u32, f64)> {
     let dt = world.settings.step;
     let mut work = Vec::new();

@@ -118,7 +118,8 @@ pub struct JointEntry {
     #[serde(default)]
     #[schemars(
         schema_with = "unit::moment",
-        extend("exclusiveMinimum" = 0, "maximum" = 1e30, "x-default" = "it never breaks by a moment")
+        extend("exclusiveMinimum" = 0, "maximum" = 1e30,
+            "x-default" = "it never breaks by a moment")
     )]
     pub torque: Option<f64>,
     /// Whether the two bodies collide with each other. Only of a ball joint and a rope: bodies that
@@ -143,14 +144,16 @@ pub struct GlueEntry {
     #[serde(default)]
     #[schemars(
         schema_with = "unit::force",
-        extend("exclusiveMinimum" = 0, "maximum" = 1e30, "x-default" = "required without `tensile` and `shear`")
+        extend("exclusiveMinimum" = 0, "maximum" = 1e30,
+            "x-default" = "required without `tensile` and `shear`")
     )]
     pub force: Option<f64>,
     /// Greatest moment that the glue between two bodies bears \[N·m\]. Only beside `force`.
     #[serde(default)]
     #[schemars(
         schema_with = "unit::moment",
-        extend("exclusiveMinimum" = 0, "maximum" = 1e30, "x-default" = "it never breaks by a moment")
+        extend("exclusiveMinimum" = 0, "maximum" = 1e30,
+            "x-default" = "it never breaks by a moment")
     )]
     pub torque: Option<f64>,
     /// Tensile strength of the glue \[Pa\].
