@@ -207,8 +207,8 @@ fn a_glued_pillar_bears_what_is_above_and_sleeps() {
     }
 }
 
-/// A pillar on the floor and a ball that flies at it: whether the pillar sleeps when it is met makes
-/// no difference to what breaks.
+/// A pillar on the floor and a ball that flies at it: whether the pillar sleeps when it is met
+/// makes no difference to what breaks.
 #[test]
 fn what_sleeps_breaks_as_what_is_awake() {
     let struck = |waits: u32| {
