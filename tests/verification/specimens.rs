@@ -284,8 +284,7 @@ fn the_masses_of_ten_glass_balls_follow_motts_law() {
     let counts: Vec<usize> = all.iter().map(|recording| wedges(recording).len()).collect();
     let split = counts.iter().filter(|count| (2..=5).contains(*count)).count();
     assert!(split >= 5 && counts.iter().all(|&count| count <= 6), "{counts:?}");
-    // What only chipped is no fragment. Those that were sampled are left out by their marks: of
-    // pieces of 27 cells and more they are five of six.
+    // What only chipped is no fragment. Those that were sampled are left out by their marks.
     let mut inspect = Cullet::new(&["inspect", "--masses", "--cells", "27"]);
     let broke = |file: &&PathBuf| wedges(file).first().is_none_or(|&share| share < 0.9);
     for recording in all.iter().filter(broke) {
