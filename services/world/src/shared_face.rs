@@ -142,29 +142,10 @@ impl FaceSum {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cullet_geometry::shapes::{Detail, cuboid};
 
     fn slab(size: Vec3) -> TriMesh {
-        let vertices = (0..8u32)
-            .map(|i| {
-                let s = |bit: u32| if i >> bit & 1 == 1 { 0.5 } else { -0.5 };
-                Vec3::new(s(0) * size.x, s(1) * size.y, s(2) * size.z)
-            })
-            .collect();
-        let triangles = vec![
-            [0, 2, 1],
-            [1, 2, 3],
-            [4, 5, 6],
-            [5, 7, 6],
-            [0, 1, 4],
-            [1, 5, 4],
-            [2, 6, 3],
-            [3, 6, 7],
-            [0, 4, 2],
-            [2, 4, 6],
-            [1, 3, 5],
-            [3, 7, 5],
-        ];
-        TriMesh { vertices, triangles }
+        cuboid(size, Detail::default()).unwrap()
     }
 
     #[test]
