@@ -1,6 +1,7 @@
 //! Every shipped scene runs and shows what it says it shows.
 
 mod directed;
+mod drafts;
 mod moving;
 
 use crate::common;
@@ -347,8 +348,10 @@ fn towel() {
 /// A tear of 105 mm, straight down from the slit.
 #[test]
 fn film() {
-    let (pieces, area, off) = torn(&Shown::of("film"));
+    let shown = Shown::of("film");
+    let (pieces, area, off) = torn(&shown);
     assert!(pieces <= 3 && (1.5e-5..1.9e-5).contains(&area) && off < 0.02, "{area}, {off}");
+    shown.is_predicted_by_a_draft("film");
 }
 
 /// A tear of 120 mm, straight down from the slit.
@@ -368,8 +371,10 @@ fn curtain() {
 /// One tear from side to side.
 #[test]
 fn two_sources() {
-    let (pieces, area, off) = torn(&Shown::of("two-sources"));
+    let shown = Shown::of("two-sources");
+    let (pieces, area, off) = torn(&shown);
     assert!(pieces >= 2 && (2.4e-5..3.2e-5).contains(&area) && off < 0.05, "{area}, {off}");
+    shown.is_predicted_by_a_draft("two-sources");
 }
 
 /// It is torn from edge to edge, 175 mm.

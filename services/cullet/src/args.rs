@@ -374,6 +374,13 @@ pub(crate) struct Inspect {
     /// Fit only fragments of at least this many grid cells
     #[arg(long, value_name = "N", requires = "masses", default_value_t = RESOLVED_CELLS)]
     pub(crate) cells: f64,
+    /// Print the largest pieces of each object beside those of this run, such as a draft's beside
+    /// the final's, and how far they are apart
+    #[arg(long, value_name = "RUN", conflicts_with_all = ["json", "masses"])]
+    pub(crate) against: Option<PathBuf>,
+    /// So many of the largest pieces
+    #[arg(long, value_name = "N", requires = "against", default_value_t = 5)]
+    pub(crate) largest: usize,
 }
 
 #[derive(Debug, Args)]

@@ -5,6 +5,7 @@ use crate::folder::{Folder, refuse_itself};
 use crate::shown::{lines, shown};
 use crate::{args, logs};
 use cullet_picture::{Framing, Still, StillTime, framed};
+use cullet_record::Recording;
 use std::path::{Path, PathBuf};
 
 pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, CommandError> {
@@ -34,6 +35,11 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, CommandError> {
         print(cullet_record::table(&masses, args.cells))?;
         return Ok(exit);
     }
+    if let Some(reference) = &args.against {
+        let (run, reference) = (look(&args.recording)?.0, look(reference)?.0);
+        against(&run, &reference, args.largest)?;
+        return Ok(exit);
+    }
     let (_, told) = look(&args.recording)?;
     if !args.json {
         let events = told.events.iter().map(|event| shown(event) + "\n");
@@ -41,6 +47,15 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, CommandError> {
     }
     print(told.summary.to_json())?;
     Ok(exit)
+}
+
+/// Prints how the largest pieces of a run compare with those of another, and how long both took.
+fn against(run: &Path, reference: &Path, count: usize) -> Result<(), CommandError> {
+    let open = |path: &Path| Recording::open(path).map_err(|error| unreadable(&error, path));
+    let (run, reference) = (open(run)?, open(reference)?);
+    print(cullet_record::rank_table(&cullet_record::ranks(&run, &reference, count)))?;
+    let (own, others) = (run.summary().wall_seconds, reference.summary().wall_seconds);
+    print(format!("{own:.1} s of time on the clock, and the reference {others:.1} s\n"))
 }
 
 /// The recording that is meant: of a folder of a run the one in it.

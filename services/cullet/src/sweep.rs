@@ -85,7 +85,7 @@ impl Named {
     fn scene(&self, index: usize, more: &[String]) -> Result<Scene, CommandError> {
         let row = &self.sweep.rows[index];
         let set = [&self.sweep.overrides(row)[..], more].concat();
-        let args = SceneArgs { scene: self.scene.clone(), set, set_file: None };
+        let args = SceneArgs { scene: self.scene.clone(), set, set_file: None, draft: None };
         read_scene(&args).map_err(|trouble| {
             let text = format!("{}: {trouble}", self.sweep.label(row));
             trouble.said(text)

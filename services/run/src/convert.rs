@@ -90,6 +90,6 @@ pub(super) fn observed(summary: &Summary, broken: &BTreeMap<String, u64>) -> Obs
 
 /// What the scene asks of its solves; nothing where it asks nothing.
 pub(super) fn target(fidelity: &Fidelity) -> Option<AccuracyTarget> {
-    let Fidelity { error, budget_s: budget, smallest, pixel, cone, strength } = *fidelity;
+    let Fidelity { error, budget_s: budget, smallest, pixel, cone, strength, .. } = *fidelity;
     fidelity.is_asked().then_some(AccuracyTarget { error, budget, smallest, pixel, cone, strength })
 }

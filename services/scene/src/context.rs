@@ -1,5 +1,6 @@
 //! What resolving a document needs, and what is wrong with it.
 
+use super::format::Fidelity;
 use super::geometry::GeometryCache;
 use super::material::SceneMaterial;
 use cullet_document::error::{SceneError, nearest};
@@ -32,6 +33,8 @@ pub struct ResolveContext<'a> {
     pub(super) bad: Vec<Path>,
     /// Whether a text is not TOML throughout: what seems to be missing may be there.
     pub(super) garbled: bool,
+    /// How coarse a draft is.
+    pub(super) fidelity: Fidelity,
 }
 
 impl<'a> ResolveContext<'a> {
@@ -49,6 +52,7 @@ impl<'a> ResolveContext<'a> {
             warnings: Vec::new(),
             bad: Vec::new(),
             garbled: false,
+            fidelity: Fidelity::default(),
         }
     }
 }

@@ -108,14 +108,16 @@ impl ResolveContext<'_> {
         let path = join(body, "dynamic");
         let material = &template.material;
         let hardening = material.plasticity.map(|flow| flow.hardening);
-        let (law, share) = match template.solver.name() {
+        let fidelity = self.fidelity;
+        let (law, share, coarser) = match template.solver.name() {
             Some(family::SHELL) => {
-                (SoftLaw::Shell { hardening, breaks: template.breakable }, SPACINGS[0])
+                let law = SoftLaw::Shell { hardening, breaks: template.breakable };
+                (law, SPACINGS[0], fidelity.coarser_surface())
             }
             Some(family::PERIDYNAMICS) => {
                 let breaks = material.bonds.breaks && template.breakable;
                 let bonds = BondedSolid { hardening, breaks, ..material.bonds };
-                (SoftLaw::Bonded(bonds), SPACINGS[1])
+                (SoftLaw::Bonded(bonds), SPACINGS[1], fidelity.coarser_solid())
             }
             _ => {
                 let (shell, solid) = (family::SHELL, family::PERIDYNAMICS);
@@ -146,7 +148,7 @@ impl ResolveContext<'_> {
                 fracture_energy: material.fracture_energy,
             },
             law,
-            spacing: template.spacing.unwrap_or(share * (high - low).amax()),
+            spacing: template.spacing.unwrap_or(share * (high - low).amax()) * coarser,
             damping: written.damping.unwrap_or(DAMPING),
             pose,
             velocity: template.velocity,

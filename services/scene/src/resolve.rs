@@ -62,6 +62,7 @@ fn read_sections(context: &mut ResolveContext<'_>) -> Document {
     read(context, "world", &mut document.world);
     read(context, "fracture", &mut document.fracture);
     read(context, "fidelity", &mut document.fidelity);
+    context.fidelity = document.fidelity;
     read(context, "expect", &mut document.expect);
     read(context, "recording", &mut document.recording);
     read(context, "view", &mut document.view);
@@ -346,6 +347,7 @@ impl Builder<'_> {
             );
             return self.context.wrong(path, message);
         }
+        let fidelity = self.document.fidelity;
         for instance in instances {
             let pose = instance.pose(template);
             self.bodies.push(SceneBody {
@@ -366,8 +368,8 @@ impl Builder<'_> {
                 weakest: strength::weakest(&template.strength),
                 fixed: template.fixed,
                 breakable: template.breakable,
-                spacing: template.spacing,
-                particles: template.particles,
+                spacing: template.spacing.map(|h| h * fidelity.coarser_solid()),
+                particles: template.particles.map(|most| fidelity.drafted_points(most)),
                 impulse_threshold: template.impulse_threshold,
                 solver: template.solver.clone(),
                 repairs: template.geometry.repairs.clone(),
@@ -408,10 +410,18 @@ impl Builder<'_> {
                 self.context.warnings.push(format!("{}: {line}", body.name));
             }
         }
+        if let Some(draft) = self.document.fidelity.draft {
+            let line = format!(
+                "a draft, {draft} times cheaper: what breaks, and where, can differ from the whole run"
+            );
+            self.context.warnings.push(line);
+        }
         let soft = !self.moving.is_empty();
         let found = preflight::warnings(&self.document.world, &self.bodies, soft, &directions);
         self.context.warnings.extend(found);
-        let document = self.document;
+        let mut document = self.document;
+        let budget = &mut document.fracture.max_particles;
+        *budget = document.fidelity.drafted_points(*budget);
         let scene = Scene {
             name: String::new(),
             description: document.description,

@@ -61,7 +61,7 @@ impl ResolveContext<'_> {
             outline,
             notches: written.notches.clone(),
             thickness: written.thickness?,
-            spacing: written.spacing.unwrap_or(SPACING * longer),
+            spacing: written.spacing.unwrap_or(SPACING * longer) * self.fidelity.coarser_surface(),
             horizon: HORIZON,
             material: membrane(&material, written),
             pose: Pose::from_parts(Vec3::from(written.position).into(), rotation),

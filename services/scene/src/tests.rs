@@ -4,6 +4,7 @@ mod advice;
 mod assembled;
 mod bonds;
 mod directed;
+mod draft;
 mod dynamic;
 mod objects;
 mod plasticity;

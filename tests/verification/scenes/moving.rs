@@ -80,11 +80,13 @@ fn tube() {
 /// A tear of 140 mm from notch to notch through 2 mm of rubber, with what tears beside it.
 #[test]
 fn rubber() {
-    let (pieces, area, off) = torn(&Shown::of("rubber"));
+    let shown = Shown::of("rubber");
+    let (pieces, area, off) = torn(&shown);
     assert!(
         pieces >= 2 && (2.2e-4..1.2e-3).contains(&area) && off < 0.02,
         "{pieces}, {area}, {off}"
     );
+    shown.is_predicted_by_a_draft("rubber");
 }
 
 /// It tears.

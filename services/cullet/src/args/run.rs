@@ -17,11 +17,19 @@ pub(crate) struct SceneArgs {
     /// lines and lines that begin with # are skipped
     #[arg(long, value_name = "FILE")]
     pub(crate) set_file: Option<PathBuf>,
+    /// Solve coarsely for a first look, about so many times cheaper: short for
+    /// --set fidelity.draft=TIMES
+    #[arg(long, value_name = "TIMES", num_args = 0..=1, require_equals = true,
+        default_missing_value = "7")]
+    pub(crate) draft: Option<String>,
 }
 
 impl SceneArgs {
-    /// Puts what is in the file of overrides before the others.
+    /// Puts what is in the file of overrides, and what makes a draft, before the others.
     pub(crate) fn take_set_file(&mut self) -> Result<(), CommandError> {
+        if let Some(times) = self.draft.take() {
+            self.set.insert(0, format!("fidelity.draft={times}"));
+        }
         let Some(path) = self.set_file.take() else { return Ok(()) };
         let text = regular::read_text(&path).map_err(|error| CommandError::file(&path, error))?;
         let lines = text.lines().map(str::trim);
