@@ -426,6 +426,9 @@ message! {
         "25" [double] torque: f64,
         /// The load of a joint that broke over what it bears \[1\].
         "26" [double] load_share: f64,
+        /// Whether a job is of a hit to which the scene gave settings of its own; of its first job
+        /// alone.
+        "27" [bool] directed: bool,
     }
 }
 

@@ -88,10 +88,10 @@ impl RunAttempt {
         }
         let seen = seen(&self.state);
         let past = RunHistory::begin(&self.state, self.entry.attempt, unix_ms(), seen);
-        let replaying = ReplayingPool::new(pool, Some(self.kept.clone()), &self.live).noting(&past);
+        let replaying = ReplayingPool::new(pool, Some(&self.kept), &self.live).noting(&past);
         let (mut told, mut last) = (Instant::now(), String::new());
         let mut reach = self.reach.take();
-        let options = RunOptions { out: &self.folder, stop: &self.stop };
+        let options = RunOptions::new(&self.folder, &self.stop);
         self.live.at(Some(start_of(&scene)));
         let outcome = run(&scene, &replaying, &options, &mut |news| match news {
             News::Line(line) => self.live.log(line),
@@ -185,6 +185,9 @@ fn kind(error: &RunError) -> (AttemptEnd, u8) {
         RunError::Record(_) | RunError::File { .. } => (AttemptEnd::Failed, codes::UNKEPT),
         RunError::World(_)
         | RunError::Lost(_)
+        | RunError::From { .. }
+        | RunError::Trail(_)
+        | RunError::FromStep { .. }
         | RunError::OutOfOrder { .. }
         | RunError::Window { .. }
         | RunError::TooManyNear { .. }

@@ -25,6 +25,7 @@ mod reach;
 mod recovery;
 mod remains;
 mod replaying_pool;
+mod results;
 mod run_status;
 mod serve;
 mod service;

@@ -1,6 +1,7 @@
-//! Between a run and the pool: a job that an earlier attempt of the run had settled is answered
-//! from what was kept, and every verdict is kept before the run acts on it. A run is deterministic,
-//! so that an attempt that begins anew asks for the same jobs in the same order.
+//! Between a run and the pool: a job that an earlier attempt of the run, or an earlier run, had
+//! settled is answered from what was kept, and every verdict is kept before the run acts on it. A
+//! run is deterministic, so that an attempt that begins anew asks for the same jobs in the same
+//! order.
 
 use super::run_status::{Clock, RunStatus};
 use super::store::Kept;
@@ -11,6 +12,7 @@ use cullet_run::{JobPool, PoolLoad, WantedJob};
 use std::cell::RefCell;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, VecDeque};
+use std::io;
 use std::time::Duration;
 
 /// A pool that tells who is at what.
@@ -25,6 +27,24 @@ impl ReportingPool for RunHandle {
     }
 }
 
+/// Verdicts of settled jobs, for later attempts at a run or for later runs.
+pub(super) trait VerdictStore {
+    /// The verdict of a job that was settled before, if it is there and sound.
+    fn get(&self, job: JobId) -> Option<Verdict>;
+    /// Keeps a verdict before anybody acts on it.
+    fn put(&self, job: JobId, verdict: &Verdict) -> io::Result<()>;
+}
+
+impl VerdictStore for Kept {
+    fn get(&self, job: JobId) -> Option<Verdict> {
+        Self::get(self, job)
+    }
+
+    fn put(&self, job: JobId, verdict: &Verdict) -> io::Result<()> {
+        Self::put(self, job, verdict)
+    }
+}
+
 /// A job that is wanted and has not settled.
 struct Due {
     job: JobId,
@@ -35,8 +55,8 @@ struct Due {
 /// The pool as one attempt sees it.
 pub(super) struct ReplayingPool<'a> {
     pool: &'a dyn ReportingPool,
-    /// Verdicts of earlier attempts; `None`: there is no second one.
-    kept: Option<Kept>,
+    /// Verdicts of earlier attempts or runs; `None`: there are none, and none is kept.
+    kept: Option<&'a dyn VerdictStore>,
     live: &'a RunStatus,
     clock: Clock,
     due: RefCell<VecDeque<Due>>,
@@ -49,7 +69,7 @@ pub(super) struct ReplayingPool<'a> {
 impl<'a> ReplayingPool<'a> {
     pub(super) fn new(
         pool: &'a dyn ReportingPool,
-        kept: Option<Kept>,
+        kept: Option<&'a dyn VerdictStore>,
         live: &'a RunStatus,
     ) -> Self {
         live.begin();
@@ -153,7 +173,7 @@ impl<'a> ReplayingPool<'a> {
 impl JobPool for ReplayingPool<'_> {
     fn open(&self, job: WantedJob<'_>) -> JobId {
         let known = job.encode().ok().map(|bytes| JobId::of(&bytes));
-        let kept = known.and_then(|job| self.kept.as_ref()?.get(job));
+        let kept = known.and_then(|job| self.kept?.get(job));
         let say = |job: JobId| {
             tracing::info!(job = %job.short(), kept = kept.is_some(), "job opened");
         };
@@ -200,7 +220,7 @@ impl JobPool for ReplayingPool<'_> {
             },
         };
         if let (None, JobEnding::Verdict(verdict)) = (&due.kept, &settlement.ending)
-            && let Some(Err(error)) = self.kept.as_ref().map(|kept| kept.put(due.job, verdict))
+            && let Some(Err(error)) = self.kept.map(|kept| kept.put(due.job, verdict))
         {
             tracing::warn!(job = %due.job.short(), "a verdict is not kept: {error}");
         }

@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     eprintln!("{}: {} bodies, {} steps", scene.name, scene.bodies.len(), scene.steps());
 
     let out = PathBuf::from(out);
-    let options = RunOptions { out: &out, stop: &AtomicBool::new(false) };
+    let options = RunOptions::new(&out, &AtomicBool::new(false));
     let mut fractures = 0;
     let outcome = run(&scene, &LocalWorkers::default(), &options, &mut |news| match news {
         News::At(position) if position.fractures > fractures => {

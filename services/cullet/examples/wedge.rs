@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let velocity = format!("body.{body}.velocity=[0, 0, -{speed}]");
         let scene = Scene::load(scene, &[velocity])?;
         let out = PathBuf::from(out).join(speed);
-        let outcome = pool.run(&scene, &RunOptions { out: &out, stop: &stop }, &mut |_| {})?;
+        let outcome = pool.run(&scene, &RunOptions::new(&out, &stop), &mut |_| {})?;
 
         let recording = Recording::open(&outcome.recording)?;
         let fragments = recording.bodies.iter().filter(|body| body.parent.is_some());

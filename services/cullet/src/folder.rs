@@ -3,7 +3,8 @@
 use crate::exit::{CommandError, Exit};
 use cullet::{is_free_to_fetch, is_taken};
 use cullet_files::output::next_folder;
-use cullet_pool::Fetching;
+use cullet_pool::{Fetching, ResultFile};
+use cullet_run::RESULTS;
 use std::path::{Path, PathBuf};
 
 /// Where runs go when no folder is named.
@@ -131,7 +132,12 @@ pub(crate) fn to_replace_sweep(folder: &Path) -> Result<Folder, CommandError> {
 /// Deletes the files of the run in a folder, and no others, so that another run takes its place.
 /// Where there is no run, nothing is deleted.
 pub(crate) fn clear_run(folder: &Path) -> Result<(), CommandError> {
-    if has_run(folder) { delete(folder, &OF_RUN) } else { Ok(()) }
+    if !has_run(folder) {
+        return Ok(());
+    }
+    let results = folder.join(RESULTS);
+    ResultFile::delete_all(&results).map_err(|error| CommandError::file(&results, error))?;
+    delete(folder, &OF_RUN)
 }
 
 /// Deletes the files of the sweep in a folder and of all its runs, and no others. Where there is no

@@ -34,7 +34,7 @@
 //!     ];
 //!     let scene = Scene::load(scene, &set)?;
 //!     let out = runs.join(speed.to_string());
-//!     let options = RunOptions { out: &out, stop: &AtomicBool::new(false) };
+//!     let options = RunOptions::new(&out, &AtomicBool::new(false));
 //!     let outcome = pool.run(&scene, &options, &mut |_| {})?;
 //!     counts.push(outcome.summary.fragments);
 //! }
@@ -64,6 +64,7 @@
 //! says what each holds; docs/scene.md lists every key of a scene, docs/protocol.md what a client
 //! may ask in any language.
 
+mod build;
 mod local;
 mod taken;
 
@@ -105,7 +106,7 @@ pub use cullet_document::{Bundle, SceneError, SceneErrors};
 #[doc(inline)]
 pub use cullet_pool::SpawnConfig;
 #[doc(inline)]
-pub use cullet_run::{News, Outcome, Position, RunError, RunOptions};
+pub use cullet_run::{News, Outcome, Position, RunAgain, RunError, RunOptions};
 
 /// What a run recorded: bodies and their meshes, poses, events, job reports, the summary.
 ///

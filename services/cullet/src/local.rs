@@ -1,7 +1,8 @@
 //! Runs on this machine, with workers of their own.
 
+use super::build::build_of;
 use cullet_coordinator::run_here;
-use cullet_pool::{LinkError, Pool, PoolConfig, Share, SpawnConfig};
+use cullet_pool::{Build, LinkError, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use cullet_proto::service::WorkerInfo;
 use cullet_run::{News, Outcome, RunError, RunOptions};
@@ -80,6 +81,8 @@ pub struct LocalPool {
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<Result<(), WorkerError>>>,
     pool: Pool,
+    /// What its workers are.
+    build: Build,
 }
 
 impl LocalPool {
@@ -92,8 +95,10 @@ impl LocalPool {
             LocalWorkers::Processes(spawn) => Some(spawn.clone()),
             LocalWorkers::Threads { .. } => None,
         };
+        // Before the workers are started: whoever replaces the program later changes none of them.
+        let build = build_of(spawn.as_ref().map(|spawn| &*spawn.exe));
         let pool = Pool::start(PoolConfig { spawn, ..PoolConfig::default() })?;
-        let mut local = Self { stop: Arc::default(), threads: Vec::new(), pool };
+        let mut local = Self { stop: Arc::default(), threads: Vec::new(), pool, build };
         if let LocalWorkers::Threads { workers, threads } = *workers {
             local.hire(workers.max(1), threads)?;
         }
@@ -156,7 +161,7 @@ impl LocalPool {
     ) -> Result<Outcome, RunError> {
         let failed = |source| RunError::File { path: options.out.to_owned(), source };
         std::fs::create_dir_all(options.out).map_err(failed)?;
-        run_here(scene, &self.pool.run(Share::default()), options, progress)
+        run_here(scene, &self.pool.run(Share::default()), options, self.build, progress)
     }
 }
 
@@ -200,7 +205,7 @@ impl Drop for LocalPool {
 /// # let folder = tempfile::tempdir()?;
 /// # let out = folder.path();
 /// let stop = AtomicBool::new(false); // another thread may set it
-/// let options = RunOptions { out, stop: &stop };
+/// let options = RunOptions::new(out, &stop);
 /// let outcome = run(&scene, &LocalWorkers::default(), &options, &mut |news| match news {
 ///     News::At(position) => println!("{:.3} of {:.3} s", position.time, position.end),
 ///     News::Line(line) => println!("{line}"),
@@ -249,7 +254,7 @@ mod tests {
             let pool = pool.expect("a pool");
             for run in 0..runs {
                 let out = folder.path().join(format!("{workers}/{run}"));
-                let options = RunOptions { out: &out, stop: &stop };
+                let options = RunOptions::new(&out, &stop);
                 let outcome = pool.run(&ball(), &options, &mut |_| {}).expect("a run");
                 assert_eq!(outcome.summary.fractures, 1, "{:?}", outcome.summary);
                 digests.push(outcome.summary.digest);
@@ -274,7 +279,7 @@ mod tests {
             assert!(scene.recording.drawings, "unless the scene says otherwise");
             scene.recording.drawings = drawings;
             let out = folder.path().join(drawings.to_string());
-            let options = RunOptions { out: &out, stop: &stop };
+            let options = RunOptions::new(&out, &stop);
             let outcome = pool.run(&scene, &options, &mut |_| {}).expect("a run");
             assert_eq!(has_drawings(&outcome.recording), drawings);
             cullet_picture::from_recording(&outcome.recording, &out).expect("pictures");
@@ -288,7 +293,7 @@ mod tests {
     fn a_run_ends_early_when_stopped_from_its_progress() {
         let folder = tempfile::tempdir().expect("a folder");
         let stop = AtomicBool::new(false);
-        let options = RunOptions { out: folder.path(), stop: &stop };
+        let options = RunOptions::new(folder.path(), &stop);
         let workers = LocalWorkers::Threads { workers: 1, threads: 1 };
         let mut halfway = |news: &News| {
             if let News::At(position) = news {

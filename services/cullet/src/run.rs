@@ -31,6 +31,9 @@ pub(crate) fn run_scene(
     (set, out): (&[String], Option<&Path>),
 ) -> Result<Exit, CommandError> {
     let framing = checked_framing(args.close.framing(), scene)?;
+    let again = if args.part.only.is_some() { args.again.of_sweep() } else { args.again.options() };
+    // Before anything is deleted or made.
+    again.check(out, std::slice::from_ref(scene)).map_err(|error| trouble(&error))?;
     let stop = stop_when_told("the recording is finished first")?;
     let folder = match out.filter(|_| args.replace) {
         Some(out) => to_replace_run(out)?,
@@ -45,7 +48,7 @@ pub(crate) fn run_scene(
         clear_run(out)?;
     }
     let mut progress = ProgressDisplay::new(args.voice.quiet);
-    let options = RunOptions { out, stop: &stop };
+    let options = RunOptions { out, stop: &stop, again };
     live.iter_mut().for_each(|page| page.begin(0, out, &pool));
     let outcome = pool.run(scene, &options, &mut |news| {
         progress.show(news);
@@ -124,6 +127,10 @@ pub(crate) fn check(args: &args::Check) -> Result<Exit, CommandError> {
         let (name, material, about) = (shown(&body.name), shown(&body.material.name), body.about());
         lines.push(format!("  {name}: {material}, {about}"));
     }
+    for hit in &scene.directions.hits {
+        let (body, from) = (shown(&hit.body), hit.at);
+        lines.push(format!("  directed: the first hit of {body} from {from} s on: {hit}"));
+    }
     lines.extend(scene.warnings.iter().map(|line| format!("warning: {}", lines_of(line))));
     print(lines.join("\n") + "\n")?;
     Ok(Exit::Done)
@@ -151,14 +158,10 @@ pub(crate) fn start_pool(args: &args::RunArgs) -> Result<LocalPool, CommandError
 
 pub(crate) fn trouble(error: &RunError) -> CommandError {
     let exit = match error {
+        error if error.is_refusal() => Exit::Usage,
         RunError::Record(_) | RunError::File { .. } => Exit::Unkept,
         RunError::Abandoned { .. } => Exit::Stalled,
-        RunError::World(_)
-        | RunError::Lost(_)
-        | RunError::OutOfOrder { .. }
-        | RunError::Window { .. }
-        | RunError::TooManyNear { .. }
-        | RunError::Joint { .. } => Exit::Failed,
+        _ => Exit::Failed,
     };
     CommandError::new(exit, error)
 }

@@ -149,6 +149,9 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
     for scene in &scenes {
         framing = checked_framing(framing, scene)?;
     }
+    // Once for all, before anything is deleted or made.
+    let again = args.again.of_sweep();
+    again.check_sweep(args.out.as_deref(), &scenes).map_err(|error| trouble(&error))?;
     let folder = match args.out.as_deref().filter(|_| args.replace) {
         Some(out) => to_replace_sweep(out)?,
         None => Folder::of(args.out.as_deref(), &named.name)?,
@@ -168,12 +171,14 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
         if !args.voice.quiet {
             logs::say(format!("{}: {}", index + 1, shown(&sweep.label(&sweep.rows[index]))));
         }
-        let options = RunOptions { out: &out, stop };
+        let options = RunOptions { out: &out, stop, again };
         live.iter_mut().for_each(|page| page.begin(index, &out, &pool));
         let outcome = pool.run(scene, &options, &mut |news| {
             live.iter_mut().for_each(|page| page.show(news, &pool));
             match news {
-                News::Line(line) if args.voice.verbose > 0 => logs::say(lines_of(line)),
+                News::Line(line) if args.voice.verbose > 0 || is_of_results(line, args) => {
+                    logs::say(lines_of(line));
+                }
                 News::Line(_) | News::At(_) => {}
             }
         });
@@ -202,6 +207,13 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let view = SheetView { times: args.sheet.at.clone(), framing };
     let how = FinishOptions { out: &folder.path, view, json: args.json, quiet: args.voice.quiet };
     finish(sweep, &rows, &how)
+}
+
+/// Whether a line is about results that a run took, or could not take, from an earlier one.
+fn is_of_results(line: &str, args: &args::RunArgs) -> bool {
+    let about = [" jobs were solved again", " taken from ", " kept no results "];
+    let from = args.again.from.is_some() && !args.voice.quiet;
+    from && about.iter().any(|words| line.contains(words))
 }
 
 /// What is made of the runs of a sweep.

@@ -1,10 +1,11 @@
 //! Which folders have a run already.
 
 use cullet_pool::Fetching;
+use cullet_run::RESULTS;
 use std::path::Path;
 
 /// What says that a folder holds a run or a sweep, whole or not.
-const SIGNS: [&str; 4] = ["run.mcap", "run.mcap.partial", "table.csv", "1/run.mcap"];
+const SIGNS: [&str; 5] = ["run.mcap", "run.mcap.partial", RESULTS, "table.csv", "1/run.mcap"];
 
 /// Whether a folder holds a run or a sweep, whole or not: nothing else is recorded there.
 #[must_use]
@@ -29,6 +30,7 @@ mod tests {
         for (name, taken) in [
             ("run.mcap", true),
             ("run.mcap.partial", true),
+            ("results", true),
             ("table.csv", true),
             ("1/run.mcap", true),
             ("notes", false),

@@ -9,7 +9,15 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// The lists whose items are called by name.
-pub const NAMED_LISTS: [&str; 5] = ["material", "body", "grid", "stack", "scatter"];
+pub const NAMED_LISTS: [&str; 6] = ["material", "body", "grid", "stack", "scatter", HITS];
+
+/// The list whose items are called by the body that they are about, and made where there is none.
+const HITS: &str = "hit";
+
+/// The key by which an item of a named list is called.
+fn calling_key(list: &str) -> &'static str {
+    if list == HITS { "body" } else { "name" }
+}
 
 /// Keys that cannot stand beside the key that an override sets: the older ones go.
 const RIVALS: [(&str, &[&str]); 8] = [
@@ -186,13 +194,16 @@ fn find_named<'a>(
     let names: Vec<String> = root
         .items(list)
         .iter()
-        .map(|item| item.get("name").and_then(Node::text).unwrap_or("").to_owned())
+        .map(|item| item.get(calling_key(list)).and_then(Node::text).unwrap_or("").to_owned())
         .collect();
     let by_name = names.iter().position(|name| *name == wanted.name);
     let by_count = wanted.name.parse::<usize>().ok().filter(|index| *index < names.len());
     let index = match by_name.or(by_count) {
         Some(index) => index,
-        None if list == "material" && is_preset(&wanted.name) => append_preset(root, text, wanted),
+        None if list == "material" && is_preset(&wanted.name) => {
+            append(root, text, list, wanted, &["name", "preset"])
+        }
+        None if list == HITS => append(root, text, list, wanted, &[calling_key(list)]),
         None => {
             let known: Vec<&str> = names.iter().map(String::as_str).collect();
             let message = format!("the scene has no {list} \"{}\"", wanted.name);
@@ -211,20 +222,27 @@ fn find_named<'a>(
     }
 }
 
-/// Adds `[[material]]` with the name and the values of a preset; returns its index.
-fn append_preset(root: &mut Node, text: &Arc<Text>, wanted: &PathPart) -> usize {
+/// Adds an item to a list, with the name that is wanted under each of these keys; returns its
+/// index.
+fn append(
+    root: &mut Node,
+    text: &Arc<Text>,
+    list: &str,
+    wanted: &PathPart,
+    keys: &[&str],
+) -> usize {
     let origin = SourceSpan { text: Arc::clone(text), range: wanted.range.clone() };
-    let word = |word: &str| TableEntry {
+    let word = || TableEntry {
         key: origin.clone(),
-        node: Node { origin: origin.clone(), value: Value::String(word.to_owned()) },
+        node: Node { origin: origin.clone(), value: Value::String(wanted.name.clone()) },
     };
     let item: BTreeMap<String, TableEntry> =
-        [("name".to_owned(), word(&wanted.name)), ("preset".to_owned(), word(&wanted.name))].into();
+        keys.iter().map(|key| ((*key).to_owned(), word())).collect();
     let item = Node { origin: origin.clone(), value: Value::Table(item) };
     let Value::Table(table) = &mut root.value else {
         return 0;
     };
-    let entry = table.entry("material".to_owned()).or_insert_with(|| TableEntry {
+    let entry = table.entry(list.to_owned()).or_insert_with(|| TableEntry {
         key: origin.clone(),
         node: Node { origin, value: Value::Array(Vec::new()) },
     });

@@ -1,26 +1,16 @@
 //! Results of finished jobs, by the digest of the problem: a repeat is answered without a worker.
 //!
 //! In memory and, if there is a folder, on disk; both bounded, the least recently used goes first
-//! (`services/dispatch/src/lru_index.rs`). A file holds a digest, the build that found the result,
-//! and the result; it is read only if both fit the digest, so a damaged one is as good as none. One
-//! of before builds were kept has the result alone.
+//! (`services/dispatch/src/lru_index.rs`). What a file holds is in `result_file.rs`.
 
+use super::result_file::ResultFile;
 use cullet_dispatch::{Build, Job, LruIndex};
 use cullet_files::state;
 use cullet_proto::JobId;
-use cullet_proto::ids::digest;
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// Ending of a file that holds a result.
-const ENDING: &str = "verdict";
-/// Behind the digest, where a build follows: a result alone begins with another word.
-const TAG: [u8; 8] = *b"by build";
-/// Bytes before the result: digest, tag, build.
-const HEAD: usize = 32 + TAG.len() + 32;
 
 /// A result's bytes, and what found it, if that is known.
 pub(super) type CachedResult = (Arc<Vec<u8>>, Option<Build>);
@@ -92,19 +82,21 @@ impl Cache {
         if !index.touch(job) {
             return None;
         }
-        let bytes = fs::read(file(folder, job)).ok().filter(|bytes| bytes.len() >= 32);
-        let sound = bytes.filter(|bytes| digest(&bytes[32..]) == bytes[..32]);
-        let Some(mut bytes) = sound else {
-            let path = file(folder, job);
-            tracing::warn!("{} is damaged: the job is done again", path.display());
-            index.remove(job);
-            discard(folder, job);
-            return None;
+        let (verdict, build) = match ResultFile::read(folder, JobId(job.0)) {
+            ResultFile::Sound { verdict, build } => (verdict, build),
+            other => {
+                let why = match other {
+                    ResultFile::Unreadable(why) => why,
+                    _ => "it is damaged".to_owned(),
+                };
+                let path = file(folder, job);
+                tracing::warn!("{}: {why}: the job is done again", path.display());
+                index.remove(job);
+                discard(folder, job);
+                return None;
+            }
         };
-        let build = bytes[32..].strip_prefix(&TAG).and_then(|rest| rest.first_chunk());
-        let build = build.copied().map(Build);
-        bytes.drain(..if build.is_some() { HEAD } else { 32 });
-        let found = (Arc::new(bytes), build);
+        let found = (Arc::new(verdict), build);
         self.hold(job, &found);
         Some(found)
     }
@@ -116,11 +108,11 @@ impl Cache {
         let Some((folder, index)) = self.disk.as_mut() else {
             return;
         };
-        if let Err(error) = write(folder, job, (&bytes, build)) {
+        if let Err(error) = ResultFile::write(folder, id, &bytes, build) {
             tracing::warn!("a result is not cached on disk: {error}");
             return;
         }
-        for gone in index.put(job, (bytes.len() + HEAD) as u64) {
+        for gone in index.put(job, ResultFile::size_of(&bytes)) {
             discard(folder, gone);
         }
     }
@@ -134,27 +126,7 @@ impl Cache {
 }
 
 fn file(folder: &Path, job: Job) -> PathBuf {
-    folder.join(JobId(job.0).to_string()).with_extension(ENDING)
-}
-
-/// Whole or not at all: written beside and renamed.
-fn write(folder: &Path, job: Job, (bytes, build): (&[u8], Build)) -> std::io::Result<()> {
-    let mut beside = state::unfinished(folder)?;
-    beside.write_all(&digest_of(&[&TAG, &build.0, bytes]))?;
-    for part in [&TAG, build.0.as_slice(), bytes] {
-        beside.write_all(part)?;
-    }
-    beside.persist(file(folder, job)).map_err(|error| error.error)?;
-    Ok(())
-}
-
-/// The digest of these parts, one after another.
-fn digest_of(parts: &[&[u8]]) -> [u8; 32] {
-    let mut hasher = blake3::Hasher::new();
-    for part in parts {
-        hasher.update(part);
-    }
-    *hasher.finalize().as_bytes()
+    ResultFile::path(folder, JobId(job.0))
 }
 
 fn discard(folder: &Path, job: Job) {
@@ -169,9 +141,7 @@ fn listed(folder: &Path) -> std::io::Result<Vec<(Job, u64)>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
-        let path = entry.path();
-        let name = path.file_stem().and_then(|name| name.to_str()).and_then(JobId::from_hex);
-        if let (Some(job), true) = (name, path.extension().is_some_and(|e| e == ENDING)) {
+        if let Some(job) = ResultFile::job_of(&entry.path()) {
             let about = entry.metadata()?;
             found.push((about.modified()?, Job(job.0), about.len()));
         }
@@ -183,6 +153,8 @@ fn listed(folder: &Path) -> std::io::Result<Vec<(Job, u64)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::result_file::HEAD;
+    use cullet_proto::ids::digest;
 
     #[test]
     fn results_come_back_from_disk_and_damaged_ones_do_not() -> std::io::Result<()> {

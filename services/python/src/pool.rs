@@ -3,7 +3,7 @@
 use crate::errors::of_run;
 use crate::scene::PyScene;
 use cullet::worker::memory;
-use cullet::{LocalPool, LocalWorkers, News, Outcome, Position, RunOptions};
+use cullet::{LocalPool, LocalWorkers, News, Outcome, Position, RunAgain, RunOptions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -72,13 +72,15 @@ impl PyLocalPool {
     }
 
     /// Runs a scene into a folder. `tell` is called with a dictionary now and then; where it or
-    /// Ctrl-C raises, the recording is finished and the exception goes on.
+    /// Ctrl-C raises, the recording is finished and the exception goes on. `again`: the earlier run
+    /// that is taken up, the step at which it is resumed, and most bytes of results to be kept.
     fn run<'py>(
         &self,
         py: Python<'py>,
         scene: &PyScene,
         out: PathBuf,
         tell: Option<Py<PyAny>>,
+        again: (Option<PathBuf>, Option<u64>, u64),
     ) -> PyResult<Bound<'py, PyDict>> {
         self.turn(py)?;
         let scene = &scene.scene;
@@ -88,7 +90,10 @@ impl PyLocalPool {
             let pool = pool.as_ref()?;
             // Set in the calls of the listener, which the run makes between two looks at it.
             let stop = AtomicBool::new(false);
-            let options = RunOptions { out: &out, stop: &stop };
+            let (from, from_step, keep) = &again;
+            let (from, from_step, keep) = (from.as_deref(), *from_step, *keep);
+            let again = RunAgain { from, from_step, keep };
+            let options = RunOptions { out: &out, stop: &stop, again };
             *self.runner() = Some(std::thread::current().id());
             let outcome = pool.run(scene, &options, &mut |news| {
                 if listener.hear(news) {

@@ -39,6 +39,25 @@ class Runs(unittest.TestCase):
         with self.assertRaises(ValueError):
             pool.run(cullet.Scene.from_text(DROP), folder())
 
+    def test_a_run_takes_up_an_earlier_one(self) -> None:
+        scene = cullet.Scene.from_text(DROP, name="drop")
+        one = {"workers": 1, "kind": "threads", "progress": False}
+        first = cullet.run(scene, folder(), **one)
+        again = cullet.run(scene, folder(), from_run=first, from_step=2, **one)
+        jobs = [run.summary["jobs"] for run in (first, again)]
+        self.assertEqual((again.digest, jobs[1]["taken"]), (first.digest, jobs[0]["solved"]))
+        self.assertGreater(jobs[0]["solved"], 0)
+        self.assertEqual((jobs[0]["taken"], jobs[1]["solved"]), (0, 0))
+        hit = cullet.run(scene, folder(), set={"hit.ball.seed": 5}, from_run=first.path, results=0, **one)
+        self.assertEqual(hit.summary["directed"]["hits"], 1)
+        self.assertNotEqual(hit.digest, first.digest)
+        place = folder()
+        with self.assertRaisesRegex(cullet.RunError, "the run is not as in"):
+            cullet.run(scene, place / "out", set={"world.gravity": [0, 0, -1]}, from_run=first, from_step=9, **one)
+        self.assertEqual(list((place / "out").iterdir()), [])
+        with self.assertRaisesRegex(ValueError, "give from_run"):
+            cullet.run(scene, folder(), from_step=2, **one)
+
     def test_progress_is_told_to_whoever_listens(self) -> None:
         told: list[cullet.Progress] = []
         scene = cullet.Scene.from_text(DROP)

@@ -29,10 +29,15 @@ pub struct RunDigest {
     hasher: blake3::Hasher,
 }
 
+/// Whether messages of a topic belong to the digest.
+pub(super) fn decides(topic: &str) -> bool {
+    DECIDING.contains(&topic)
+}
+
 impl RunDigest {
     /// Takes in one message if its topic decides; others are passed over.
     pub fn update(&mut self, topic: &str, payload: &[u8]) {
-        if !DECIDING.contains(&topic) {
+        if !decides(topic) {
             return;
         }
         self.hasher.update(&(topic.len() as u64).to_le_bytes());

@@ -1,4 +1,5 @@
-//! What of a run was directed: driven bodies, joints, bodies that fields or bounds removed. These
+//! What of a run was directed: driven bodies, joints, bodies that fields or bounds removed, hits
+//! with settings of their own. These
 //! are choices of the scene, as sampled fragments are draws; all else was solved.
 
 use cullet_proto::recording::{BodyJoint, EventKind, RunEvent};
@@ -24,6 +25,13 @@ pub struct DirectedTotals {
     pub joints_gone: u64,
     /// Bodies that fields or the bounds of the world removed.
     pub removed: u64,
+    /// Hits that were solved with settings of their own.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub hits: u64,
+}
+
+fn is_none(count: &u64) -> bool {
+    *count == 0
 }
 
 impl fmt::Display for DirectedTotals {
@@ -51,6 +59,11 @@ impl fmt::Display for DirectedTotals {
         }
         if self.removed > 0 {
             parts.push(format!("{} removed", counted(self.removed, "body", "bodies")));
+        }
+        if self.hits > 0 {
+            let (hits, whose) = (counted(self.hits, "hit", "hits"), self.hits);
+            let whose = if whose == 1 { "its" } else { "their" };
+            parts.push(format!("{hits} solved with settings of {whose} own"));
         }
         write!(f, "directed: {}", parts.join("; "))
     }
@@ -81,6 +94,7 @@ impl DirectedCensus {
             EventKind::JointBroken => self.totals.joints_broken += 1,
             EventKind::JointGone => self.totals.joints_gone += 1,
             EventKind::Removed => self.totals.removed += 1,
+            EventKind::JobOpened => self.totals.hits += u64::from(event.directed),
             EventKind::Driven => {
                 self.totals.driven += 1;
                 self.totals.driven_work += event.energy;

@@ -54,6 +54,8 @@ pub enum Event {
         solver: String,
         /// Why the gate chose it; empty where it left the choice to the scene.
         reason: String,
+        /// Whether the scene gave this hit settings of its own.
+        directed: bool,
     },
     /// A fracture job has its verdict.
     JobSettled {
@@ -182,7 +184,8 @@ impl Event {
             Self::Gate { body, reason } => {
                 RunEvent { text: reason.clone(), ..of(EventKind::Gate, *body) }
             }
-            Self::JobOpened { body, job, solver, reason } => RunEvent {
+            Self::JobOpened { body, job, solver, reason, directed } => RunEvent {
+                directed: *directed,
                 job: job.to_vec(),
                 text: format!("{solver}{}", after_colon(reason)),
                 ..of(EventKind::JobOpened, *body)
@@ -214,9 +217,6 @@ impl Event {
                 text: reason.clone(),
                 ..of(EventKind::KeptWhole, *body)
             },
-            Self::Removed { body, reason } => {
-                RunEvent { text: reason.clone(), ..of(EventKind::Removed, *body) }
-            }
             Self::Expectation { text, held } => RunEvent {
                 kind: EventKind::Expectation as i32,
                 text: text.clone(),
@@ -251,6 +251,9 @@ impl Event {
                 text: reason.clone(),
                 ..of(EventKind::JointGone, *body)
             },
+            Self::Removed { body, reason } => {
+                RunEvent { text: reason.clone(), ..of(EventKind::Removed, *body) }
+            }
             Self::Driven { body, work } => {
                 RunEvent { energy: *work, ..of(EventKind::Driven, *body) }
             }

@@ -1,8 +1,8 @@
 //! What a recording says: the summary again, and a line an event.
 
-use super::{RecordError, Recording, Summary, event};
+use super::{Jobs, RecordError, Recording, Summary, event};
 use cullet_proto::recording::{EventKind, RunEvent, Sampled};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// A recording in a few words.
@@ -10,8 +10,8 @@ use std::path::Path;
 pub struct Inspection {
     /// Made from the messages, not from a stored copy.
     pub summary: Summary,
-    /// A line an event; then one of the shares that were solved, one of what was
-    /// directed, and one a sheet.
+    /// A line an event; then one of results that were there already, one of the shares that were
+    /// solved, one of what was directed, and one a sheet.
     pub events: Vec<String>,
     /// False if the run was cut off: the summary then speaks of what was saved.
     pub complete: bool,
@@ -30,8 +30,13 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordError> {
     let name = |id: u64| names.get(&id).map_or_else(|| format!("body {id}"), ToString::to_string);
     let sampled: BTreeMap<u64, &Sampled> =
         recording.sampled.iter().map(|of| (of.body, of)).collect();
+    let taken: BTreeSet<&[u8]> =
+        recording.pool.iter().filter(|of| of.cached).map(|of| &of.job[..]).collect();
     let line = |e: &RunEvent| {
-        let told = event::line(e, &name);
+        let mut told = event::line(e, &name);
+        if e.kind() == EventKind::JobSettled && taken.contains(&e.job[..]) {
+            told += "; taken from an earlier solve";
+        }
         let broken = e.body.filter(|_| e.kind() == EventKind::Fractured);
         match broken.and_then(|body| sampled.get(&body)) {
             Some(of) => format!("{told}; {}", parts(e.fragments.len(), of)),
@@ -42,12 +47,14 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordError> {
     let shares = summary.shares.as_ref().filter(|_| summary.fractures > 0);
     let last = shares.map(|shares| format!("at the end: {shares}"));
     let directed = summary.directed.as_ref().map(ToString::to_string);
+    let again = again(&summary.jobs);
     let sheets = recording.sheet_census().lines();
     Ok(Inspection {
         events: recording
             .events
             .iter()
             .map(line)
+            .chain(again)
             .chain(last)
             .chain(directed)
             .chain(sheets)
@@ -56,6 +63,14 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordError> {
         complete: recording.complete,
         damaged: recording.damaged,
     })
+}
+
+/// How many results were there already, if any were.
+fn again(jobs: &Jobs) -> Option<String> {
+    let Jobs { taken, solved, .. } = *jobs;
+    let all = taken + solved;
+    let told = || format!("of {all} jobs, {taken} taken from earlier solves, {solved} solved anew");
+    (taken > 0).then(told)
 }
 
 /// How much of a fracture was solved, and how much was sampled.

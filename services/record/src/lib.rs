@@ -51,6 +51,7 @@ mod read;
 mod recorder;
 mod recover;
 mod rest;
+mod resume;
 pub mod scale;
 mod shares;
 mod sheet_book;
@@ -67,6 +68,7 @@ pub mod synthetic;
 mod tests;
 mod thick_sheet;
 mod trace;
+mod trail;
 
 pub use appearance::skin_of;
 pub use digest::RunDigest;
@@ -90,6 +92,7 @@ pub use sheets::SolvedWindow;
 pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
 pub use thick_sheet::{PlacedSheet, SheetSide, ThickSheet, ThickVertex};
 pub use trace::{Trace, traces};
+pub use trail::RunTrail;
 
 use cullet_proto::recording::{AppearanceError, GeometryError, SheetError};
 use std::path::{Path, PathBuf};
@@ -205,6 +208,27 @@ pub enum RecordError {
         path: PathBuf,
         /// Chunks and records.
         damaged: u64,
+    },
+    /// A part of a recording is damaged that another run was to be compared with.
+    #[error("{path}: a part of it is damaged, so that no run can be compared with it")]
+    Patchy {
+        /// The file concerned.
+        path: PathBuf,
+    },
+    /// A run that was to be as another one up to a step is not.
+    #[error(
+        "at step {step} the run is not as in {path} ({what} differs), so that it cannot resume at \
+         step {until}: what is set anew may change nothing before that step"
+    )]
+    Differs {
+        /// The recording of the other run.
+        path: PathBuf,
+        /// The first step that differs.
+        step: u64,
+        /// The first step that may differ.
+        until: u64,
+        /// What differs.
+        what: &'static str,
     },
     /// A message of ours does not decode.
     #[error("a message on {topic} at {log_time} ns does not decode: {reason}")]

@@ -5,12 +5,12 @@ use super::points::SPECIMEN;
 use super::sheet_census::SheetCensus;
 use super::summary::decode;
 use super::{
-    APPEARANCE, BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, JOINTS, RecordError, SAMPLED,
-    SHAPE, SHEET_SURFACE, SHEETS, Summary, Tally, WINDOWS,
+    APPEARANCE, BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, JOINTS, POOL, RecordError,
+    SAMPLED, SHAPE, SHEET_SURFACE, SHEETS, Summary, Tally, WINDOWS,
 };
 use cullet_proto::recording::{
     Appearance, Body, BodyJoint, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape,
-    Recorded, RunEvent, Sampled, SheetFrame, SheetSurface, SheetWindow,
+    PoolReport, Recorded, RunEvent, Sampled, SheetFrame, SheetSurface, SheetWindow,
 };
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -175,6 +175,8 @@ pub struct Recording {
     pub events: Vec<RunEvent>,
     /// How jobs came out.
     pub reports: Vec<JobReport>,
+    /// Who answered jobs, windows counted, and which results were there already.
+    pub pool: Vec<PoolReport>,
     /// Which fragments were sampled; of an old recording nothing.
     pub sampled: Vec<Sampled>,
     /// What bodies look like, beside their shapes.
@@ -282,6 +284,7 @@ impl Recording {
             JOINTS => self.joints.push(decode(topic, time, data)?),
             EVENTS => self.events.push(decode(topic, time, data)?),
             JOBS => self.reports.push(decode(topic, time, data)?),
+            POOL => self.pool.push(decode(topic, time, data)?),
             SAMPLED => self.sampled.push(decode(topic, time, data)?),
             APPEARANCE => self.appearances.push(decode(topic, time, data)?),
             SHEET_SURFACE => {

@@ -7,6 +7,7 @@ use super::object::{self, Object};
 use super::pose_row::PoseRow;
 use super::sheet_book::SheetBook;
 use super::sink::{Sink, Stamp};
+use super::trail::Following;
 use super::{
     BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, JOINTS, POOL, RecordError,
     SAMPLED, SHAPE, Summary, Tally, event,
@@ -77,11 +78,13 @@ struct Flushed {
 pub struct Recorder {
     pub(super) sink: Sink,
     path: PathBuf,
-    partial: PathBuf,
+    pub(super) partial: PathBuf,
     pub(super) meta: BTreeMap<String, String>,
     deterministic: bool,
     up: Vec3,
     pub(super) tally: Tally,
+    /// The run that this one is to be as, up to a step.
+    pub(super) following: Option<Following>,
     solids: BTreeMap<[u8; 32], Arc<display::Shape>>,
     pub(super) bodies: BTreeMap<u64, Live>,
     names: BTreeMap<u64, String>,
@@ -134,6 +137,7 @@ impl Recorder {
             deterministic: meta.deterministic,
             up: up(meta.gravity),
             tally: Tally::default(),
+            following: None,
             solids: BTreeMap::new(),
             bodies: BTreeMap::new(),
             names: BTreeMap::new(),
@@ -175,7 +179,7 @@ impl Recorder {
     ) -> Result<(), RecordError> {
         let stamp = self.stamp();
         let payload = self.sink.own(topic, stamp, message)?;
-        self.tally.message(topic, stamp.log, &payload)
+        self.count(topic, stamp.log, &payload)
     }
 
     /// Records a solid unless it is there already; hands back its digest.
@@ -329,7 +333,7 @@ impl Recorder {
         for GrainMessage { all, told } in self.grains.tell(step, time, grains) {
             let stamp = self.stamp();
             self.sink.own(DEBRIS, stamp, &told)?;
-            self.tally.message(DEBRIS, stamp.log, &all.to_bytes())?;
+            self.count(DEBRIS, stamp.log, &all.to_bytes())?;
         }
         Ok(())
     }

@@ -32,6 +32,12 @@ pub struct Jobs {
     pub failed: u64,
     /// Handed out again after a worker was lost.
     pub resent: u64,
+    /// Jobs, windows counted, whose results were there from an earlier solve.
+    #[serde(default)]
+    pub taken: u64,
+    /// Jobs, windows counted, that went to workers in this run.
+    #[serde(default)]
+    pub solved: u64,
 }
 
 /// What all replacements together kept and cost.
@@ -205,7 +211,10 @@ impl Tally {
             SAMPLED => self.census.mark(&decode(topic, log_time, payload)?),
             POOL => {
                 let report: PoolReport = decode(topic, log_time, payload)?;
-                self.summary.jobs.resent += u64::from(report.resent);
+                let jobs = &mut self.summary.jobs;
+                jobs.resent += u64::from(report.resent);
+                jobs.taken += u64::from(report.cached);
+                jobs.solved += u64::from(!report.cached);
             }
             _ => {}
         }

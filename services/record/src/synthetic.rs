@@ -148,7 +148,11 @@ fn grains(step: u64) -> Vec<DebrisParticle> {
 
 /// Starts the recording: slab and cube.
 pub fn begin(path: &Path, meta: &RunMeta) -> Result<Recorder, RecordError> {
-    let mut recorder = Recorder::create(path, meta)?;
+    born(Recorder::create(path, meta)?)
+}
+
+/// Slab and cube are born.
+pub(super) fn born(mut recorder: Recorder) -> Result<Recorder, RecordError> {
     let floor = Vec3::new(1.5, 1.5, 0.05);
     let slab = recorder.geometry(&block(floor, 0.0))?;
     let mut ground = body(0, None, slab, floor);
@@ -182,7 +186,9 @@ fn break_cube(recorder: &mut Recorder, time: f64) -> Result<(), RecordError> {
         Event::Impact { body: 1, striker: 0, point, impulse, closing_speed, energy, contact };
     recorder.event(BREAK, time, &impact)?;
     let (asked, reason) = (solver.clone(), "generation 2 is beyond 1".to_owned());
-    recorder.event(BREAK, time, &Event::JobOpened { body: 1, job, solver: asked, reason })?;
+    let directed = false;
+    let opened = Event::JobOpened { body: 1, job, solver: asked, reason, directed };
+    recorder.event(BREAK, time, &opened)?;
     let hit = Hit {
         point: Some(Vector3 { x: 0.0, y: 0.0, z: -HALF }),
         normal: Some(Vector3 { x: 0.0, y: 0.0, z: 1.0 }),

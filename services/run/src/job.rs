@@ -8,8 +8,8 @@ use cullet_model::{
 };
 use cullet_plan::{AccuracyTarget, Policy, SolveLimits, SolveOrder, family};
 use cullet_proto::job::{MAX_IMPACTS, MAX_SUPPORTS};
-use cullet_scene::SceneBody;
 use cullet_scene::format::{self, Fracture};
+use cullet_scene::{SceneBody, SceneHit};
 use cullet_world::{BodyId, BodyView, Hit};
 use std::sync::Arc;
 
@@ -118,6 +118,27 @@ impl Choice {
         }
     }
 
+    /// The same for one hit that the scene gives settings of its own; `body`: that is hit.
+    pub(super) fn of_hit(&self, hit: &SceneHit, body: BodyId) -> Self {
+        let mut choice = self.clone();
+        if let Some(seed) = hit.seed {
+            choice.strength.seed = seed_of(body, seed);
+        }
+        if let Some(solver) = &hit.solver {
+            choice.solver = solver.name().map(str::to_owned);
+        }
+        if let Some(particles) = hit.particles {
+            (choice.settings.max_particles, choice.settings.spacing) = (particles, None);
+        }
+        choice.settings.spacing = hit.spacing.or(choice.settings.spacing);
+        choice
+    }
+
+    /// The body has the flaws with which it was solved, and so have its fragments.
+    pub(super) fn with_flaws_of(&mut self, solved: &Self) {
+        self.strength.seed = solved.strength.seed;
+    }
+
     /// Whether it is of a metal that yields.
     pub(super) fn yields(&self) -> bool {
         self.plasticity.is_some()
@@ -132,6 +153,18 @@ impl Choice {
         choice.treatment = choice.treatment.filter(|it| !matches!(it, Treatment::Toughened { .. }));
         choice
     }
+}
+
+/// A hit that is solved with settings of its own.
+pub(super) struct DirectedHit {
+    /// Its place in the scene.
+    pub(super) index: usize,
+    /// How the body is solved for it.
+    pub(super) choice: Choice,
+    /// In place of the scene's.
+    pub(super) seed: u64,
+    /// Whether a job of it was opened.
+    pub(super) opened: bool,
 }
 
 /// The problem of a body that was hit.

@@ -1,8 +1,11 @@
 //! One run, from a scene to its recording: steps the world, sends hits to the pool, puts fragments
 //! back, writes it all down. Everything that decides happens here in one thread and in one order.
 
+mod again;
 mod convert;
+mod error;
 mod fields;
+mod hits;
 mod job;
 mod jobs;
 mod joints;
@@ -15,7 +18,9 @@ mod sheets;
 #[cfg(test)]
 mod tests;
 
+pub use again::{RESULTS, RunAgain};
 pub use cullet_proto::service::Position;
+pub use error::RunError;
 pub use jobs::{Idle, JobPool, PoolLoad, WantedJob};
 
 use cullet_geometry::Vec3;
@@ -25,7 +30,8 @@ use cullet_plan::{Decision, Experience, SolveOrder, decide};
 use cullet_proto::{FractureJob, JobId};
 use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use cullet_scene::{Scene, SceneBody, rigid};
-use cullet_world::{BodyId, Hit, JointError, KeyframedPath, World, WorldError};
+use cullet_world::{BodyId, Hit, KeyframedPath, World};
+use job::DirectedHit;
 use known_joints::KnownJoints;
 use moving::{Arrived, RunningSheet, body_id, sheets_of};
 use notices::Notices;
@@ -45,6 +51,16 @@ pub struct RunOptions<'a> {
     pub out: &'a Path,
     /// Set by another thread: finish the recording and return.
     pub stop: &'a AtomicBool,
+    /// The earlier run that this one takes up, and what it keeps for later ones.
+    pub again: RunAgain<'a>,
+}
+
+impl<'a> RunOptions<'a> {
+    /// A run by itself.
+    #[must_use]
+    pub fn new(out: &'a Path, stop: &'a AtomicBool) -> Self {
+        Self { out, stop, again: RunAgain::default() }
+    }
 }
 
 /// News for whoever watches a run.
@@ -69,76 +85,6 @@ pub struct Outcome {
     pub recording: PathBuf,
 }
 
-/// Why a run could not go on.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The world broke down or refused a body.
-    #[error("the rigid world: {0}")]
-    World(#[from] WorldError),
-    /// The recording could not be written.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// The world lost a body that it had.
-    #[error("there is no body {0}")]
-    Lost(BodyId),
-    /// The pool gave a job up after its last attempt.
-    #[error("job {job} of `{body}` was abandoned: {reason}")]
-    Abandoned {
-        /// Digest of the problem.
-        job: String,
-        /// Whose.
-        body: String,
-        /// What the pool says.
-        reason: String,
-    },
-    /// The pool answered with a job that is not the next one.
-    #[error("the pool settled job {got} where job {due} was due")]
-    OutOfOrder {
-        /// What came.
-        got: String,
-        /// What was due.
-        due: String,
-    },
-    /// A window of a sheet came to nothing.
-    #[error("{sheet}: window {job} after {time} s came to nothing: {reason}")]
-    Window {
-        /// The sheet.
-        sheet: String,
-        /// Digest of the window.
-        job: String,
-        /// Simulated time at which it was to begin \[s\].
-        time: f64,
-        /// What the worker or the pool says.
-        reason: String,
-    },
-    /// Too many rigid bodies in reach of a sheet.
-    #[error("{sheet}: {bodies} bodies are in its reach; a window holds at most {most}")]
-    TooManyNear {
-        /// The sheet.
-        sheet: String,
-        /// How many there are.
-        bodies: usize,
-        /// The bound.
-        most: usize,
-    },
-    /// A joint or glue of the scene could not be made.
-    #[error("{what}: {source}")]
-    Joint {
-        /// Which of the scene, as it is written.
-        what: String,
-        /// What the world says.
-        source: JointError,
-    },
-    /// A file could not be written.
-    #[error("{path}: {}", cullet_files::regular::words(source))]
-    File {
-        /// The file concerned.
-        path: PathBuf,
-        /// What the system reported.
-        source: std::io::Error,
-    },
-}
-
 /// A job in the pool and what it is about.
 struct Pending {
     id: JobId,
@@ -146,6 +92,8 @@ struct Pending {
     body: BodyId,
     hits: Vec<Hit>,
     order: SolveOrder,
+    /// Settings of its own that the scene gives the hit.
+    directed: Option<Box<DirectedHit>>,
     /// The last solve of the hit that came to an end, kept while a finer one is at work.
     held: Option<(JobId, Solved)>,
     due: u64,
@@ -197,6 +145,10 @@ struct SceneRun<'a> {
     joints: KnownJoints,
     /// Whether there may be other joints than these.
     joints_changed: bool,
+    /// Entries of the scene, by place, whose hit was solved: with the settings of which entry.
+    directed: BTreeMap<usize, usize>,
+    /// Of these, those of which a job came to something.
+    effective: BTreeSet<usize>,
 }
 
 /// Runs a scene to its end and writes `run.mcap` and `summary.json` into the folder.
@@ -211,7 +163,9 @@ pub fn run(
     news: &mut dyn FnMut(&News),
 ) -> Result<Outcome, RunError> {
     let world = World::new(rigid::world_settings(scene))?;
-    let recorder = Recorder::create(&options.out.join("run.mcap"), &convert::meta(scene))?;
+    let trail = options.again.trail(scene)?;
+    let recorder = Recorder::create(&options.out.join("run.mcap"), &convert::meta(scene));
+    let recorder = again::begin(recorder, trail)?;
     let mut run = SceneRun {
         scene,
         pool,
@@ -231,14 +185,27 @@ pub fn run(
         driven: BTreeMap::new(),
         joints: KnownJoints::new(),
         joints_changed: false,
+        directed: BTreeMap::new(),
+        effective: BTreeSet::new(),
     };
-    run.populate()?;
-    let interrupted = run.steps()?;
+    let interrupted = match run.populate().and_then(|()| run.steps()) {
+        Err(RunError::Record(error @ RecordError::Differs { .. })) => {
+            run.recorder.discard();
+            return Err(error.into());
+        }
+        ended => ended?,
+    };
     if interrupted {
+        run.recorder.unfollow();
         // Before what there is is written and drawn, which takes a while.
         pool.cancel();
     }
-    run.finish(interrupted)
+    let ended = run.finish(interrupted);
+    if let Err(RunError::Record(RecordError::Differs { .. })) = ended {
+        // As above, of a run that differs in its last step.
+        let _it_stays = std::fs::remove_file(options.out.join("run.mcap.partial"));
+    }
+    ended
 }
 
 impl SceneRun<'_> {
@@ -368,7 +335,9 @@ impl SceneRun<'_> {
     fn decide(&mut self, body: BodyId, hits: Vec<Hit>) -> Result<(), RunError> {
         let origin = self.origins.get(&body).ok_or(RunError::Lost(body))?;
         let target = convert::target(&self.scene.fidelity);
-        let policy = origin.choice.policy(target, &origin.material);
+        let directed = self.directed_hit(body);
+        let choice = directed.as_ref().map_or(&origin.choice, |hit| &hit.choice);
+        let policy = choice.policy(target, &origin.material);
         let order = match decide(&self.world, body, &hits, &policy) {
             None => return Err(RunError::Lost(body)),
             Some(Decision::Keep(reasons)) => {
@@ -383,9 +352,10 @@ impl SceneRun<'_> {
             }
             Some(Decision::Solve(order)) => *order,
         };
+        self.take_directed(directed.as_deref());
         let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
         let (id, asked, reasons) = (JobId::of(&[]), String::new(), order.reasons.clone());
-        let pending = Pending { id, asked, body, hits, order, held: None, due };
+        let pending = Pending { id, asked, body, hits, order, directed, held: None, due };
         self.dispatch(pending, reasons)
     }
 
@@ -397,22 +367,29 @@ impl SceneRun<'_> {
             return Err(lost);
         };
         let error = self.scene.fidelity.error;
+        let told = self.directed_reason(pending.directed.as_mut());
+        let directed = told.is_some();
+        reasons.extend(told);
         let order = &mut pending.order;
-        let choice = order.refinement.climb().map(|spacing| origin.choice.on_grid(spacing, error));
-        let choice = choice.as_ref().unwrap_or(&origin.choice);
+        let hit = pending.directed.as_ref();
+        let own = hit.map_or(&origin.choice, |hit| &hit.choice);
+        let choice = order.refinement.climb().map(|spacing| own.on_grid(spacing, error));
+        let choice = choice.as_ref().unwrap_or(own);
         if order.spin != Vec3::zeros() {
             reasons.push(format!("spins at {:.3e} rad/s", order.spin.norm()));
         }
         // What came to an end on a coarser grid is better than what stands in for any solve.
         let last = !order.refinement.goes_on() && pending.held.is_none();
         let fallback = order.fallback.filter(|_| last);
-        let problem = job::problem(&view, &pending.hits, order, choice, self.scene.world.seed);
+        let seed = hit.map_or(self.scene.world.seed, |hit| hit.seed);
+        let problem = job::problem(&view, &pending.hits, order, choice, seed);
         let fallback = fallback.map(str::to_owned);
         let job = FractureJob { solver: order.family.clone(), fallback, problem };
         pending.asked = job.solver.clone();
         pending.id = self.pool.open(WantedJob::Fracture(&job));
         let (solver, reason) = (pending.asked.clone(), reasons.join("; "));
-        self.event(&Event::JobOpened { body: number(body), job: pending.id.0, solver, reason })?;
+        let (body, job) = (number(body), pending.id.0);
+        self.event(&Event::JobOpened { body, job, solver, reason, directed })?;
         self.pending.push_back(pending);
         Ok(())
     }

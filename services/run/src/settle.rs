@@ -9,8 +9,8 @@ use cullet_model::{
 };
 use cullet_plan::{Next, family};
 use cullet_pool::{JobEnding, Settlement};
-use cullet_proto::Verdict;
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
+use cullet_proto::{JobId, Verdict};
 use cullet_record::{Event, Level};
 use cullet_world::{BodyId, Breakage, HeldContact, Hit, Reaction, Replacement, Reshape};
 use std::sync::Arc;
@@ -19,13 +19,7 @@ impl SceneRun<'_> {
     /// Records a job's verdict and, if the body broke, puts its fragments into the world.
     pub(super) fn settle(&mut self, mut job: Pending, settled: Settlement) -> Result<(), RunError> {
         let name = self.world.body(job.body).map_or_else(String::new, |view| view.name.to_owned());
-        self.recorder.pool(&PoolReport {
-            job: job.id.0.to_vec(),
-            worker: settled.worker,
-            wall_seconds: settled.wall.as_secs_f64(),
-            resent: settled.attempts.saturating_sub(1),
-            cached: settled.cached,
-        })?;
+        self.recorder.pool(&pool_report(job.id, &settled))?;
         let verdict = match settled.ending {
             JobEnding::Verdict(verdict) => verdict,
             JobEnding::Abandoned(reason) => return self.abandoned(&job, name, reason),
@@ -49,6 +43,7 @@ impl SceneRun<'_> {
             Next::Use(why) => why.map(|why| format!("no finer solve: {why}")),
         };
         if let Verdict::Solved(mut solved) = verdict {
+            self.note_directed(job.directed.as_deref());
             solved.report_mut().warnings.extend(enough);
             return self.solved(job, solved);
         }
@@ -56,6 +51,7 @@ impl SceneRun<'_> {
         let instead = if held.is_some() { "; the solve before it is used" } else { "" };
         let told = self.declined(&job, verdict, instead)?;
         if let Some((id, solved)) = held {
+            self.note_directed(job.directed.as_deref());
             return self.put(Pending { id, ..job }, solved);
         }
         self.notices.kept(job.body, job.energy(), told);
@@ -204,6 +200,7 @@ impl SceneRun<'_> {
         };
         if let Some(origin) = self.origins.get_mut(&job.body) {
             *origin = origin.of_part(&centre);
+            job.directed.iter().for_each(|hit| origin.choice.with_flaws_of(&hit.choice));
             origin.choice.no_finer_than(report.spacing);
         }
         self.record_shape(job.body)?;
@@ -231,6 +228,7 @@ impl SceneRun<'_> {
         spacing: f64,
     ) -> Result<(), RunError> {
         let mut origin = self.origins.remove(&job.body).ok_or(RunError::Lost(job.body))?;
+        job.directed.iter().for_each(|hit| origin.choice.with_flaws_of(&hit.choice));
         origin.choice.no_finer_than(spacing);
         for (&id, (centre, sheet)) in done.fragments.iter().zip(parts) {
             self.origins.insert(id, origin.of_part(centre));
@@ -345,6 +343,7 @@ impl SceneRun<'_> {
         }
         let mut unmet = Vec::new();
         if !interrupted {
+            self.tell_undirected()?;
             let seen = convert::observed(&self.recorder.summary(), &self.broken);
             unmet = self.scene.expect.check(&seen);
             for text in &unmet {
@@ -366,6 +365,17 @@ impl SceneRun<'_> {
         cullet_files::output::write_file(&path, finished.summary.to_json().as_bytes())
             .map_err(|source| RunError::File { path, source })?;
         Ok(Outcome { summary: finished.summary, unmet, interrupted, recording: finished.path })
+    }
+}
+
+/// Who answered a job, for the recording.
+pub(super) fn pool_report(job: JobId, settled: &Settlement) -> PoolReport {
+    PoolReport {
+        job: job.0.to_vec(),
+        worker: settled.worker.clone(),
+        wall_seconds: settled.wall.as_secs_f64(),
+        resent: settled.attempts.saturating_sub(1),
+        cached: settled.cached,
     }
 }
 

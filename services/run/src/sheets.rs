@@ -3,6 +3,7 @@
 
 use super::jobs::WantedJob;
 use super::moving::{SheetWindowRun, body_id, touched};
+use super::settle::pool_report;
 use super::{RunError, SceneRun};
 use cullet_geometry::Vec3;
 use cullet_model::{Figure, Proxy, ProxyMotion, SurfaceFrame, Window, WindowOutcome};
@@ -97,6 +98,7 @@ impl SceneRun<'_> {
         if id != job {
             return Err(RunError::OutOfOrder { got: id.short(), due: job.short() });
         }
+        self.recorder.pool(&pool_report(job, &settlement))?;
         let sheet = self.scene.moving[index].name.clone();
         let reason = match settlement.ending {
             JobEnding::Verdict(Verdict::Moved(outcome)) => return Ok(Some(*outcome)),

@@ -1,6 +1,7 @@
 mod contact;
 mod dent;
 mod directed;
+mod hits;
 mod resting;
 mod sheets;
 mod solids;
@@ -97,7 +98,7 @@ fn dropped(fails_below: f64) -> (Vec<f64>, f64, String) {
     let (pool, out) =
         (Halver { fails_below, waiting, asked }, tempfile::tempdir().expect("a folder"));
     let (stop, out) = (AtomicBool::new(false), out.path());
-    let outcome = run(&scene, &pool, &RunOptions { out, stop: &stop }, &mut |_| {});
+    let outcome = run(&scene, &pool, &RunOptions::new(out, &stop), &mut |_| {});
     let recording = Recording::open(&outcome.expect("a run").recording).expect("a recording");
     let broken = recording.events.iter().find(|event| event.kind() == EventKind::Fractured);
     let broken = broken.expect("the cube breaks");

@@ -100,7 +100,7 @@ impl ResolveContext<'_> {
         for (_, geometry) in shapes.iter().filter(|_| wanted) {
             let unfit = treatment::unfit(material.treatment, &geometry.solid, &solver)
                 .or_else(|| yields(&material, &solver))
-                .or_else(|| bonds::unfit(&material, body, &solver));
+                .or_else(|| bonds::unfit(&material, !body.paint.is_empty(), &solver));
             if let Some((key, why)) = unfit {
                 self.wrong(&join(path, key), why);
             }
@@ -394,7 +394,7 @@ pub(super) const MAX_SPIN: f64 = 1e4;
 
 /// Why a body cannot be solved as the scene wishes that yields, or that does not, by the key at
 /// fault.
-fn yields(material: &SceneMaterial, solver: &SolverChoice) -> Option<Fault> {
+pub(super) fn yields(material: &SceneMaterial, solver: &SolverChoice) -> Option<Fault> {
     let name = solver.name()?;
     let (shell, ductile) = (family::SHELL, family::DUCTILE);
     let why = match material.plasticity {

@@ -76,7 +76,8 @@ impl<'a> BodyNames<'a> {
         None
     }
 
-    fn unknown(&self, context: &mut ResolveContext<'_>, name: &str, path: &Path) {
+    /// Notes that there is no rigid body of that name.
+    pub(super) fn unknown(&self, context: &mut ResolveContext<'_>, name: &str, path: &Path) {
         if self.soft.contains(name) {
             let message = format!("\"{name}\" is not rigid: it moves as it deforms");
             context.wrong(path, message);

@@ -1,7 +1,7 @@
 //! What a scene makes of the bonds of a material, and what `peridynamics` cannot do.
 
 use super::direction::direction;
-use super::format::{self, Body, SolverChoice};
+use super::format::{self, SolverChoice};
 use super::material::SceneMaterial;
 use super::sourced::Fault;
 use cullet_model::{BondGrain, BondedSolid, DuctileFailure};
@@ -51,7 +51,11 @@ pub(super) fn faults(written: &format::BondNumbers) -> Vec<Fault> {
 }
 
 /// Why `peridynamics` cannot solve a body of a material, by the key at fault.
-pub(super) fn unfit(material: &SceneMaterial, body: &Body, solver: &SolverChoice) -> Option<Fault> {
+pub(super) fn unfit(
+    material: &SceneMaterial,
+    painted: bool,
+    solver: &SolverChoice,
+) -> Option<Fault> {
     let name = solver.name().filter(|name| *name == family::PERIDYNAMICS)?;
     let why = |what: &str| format!("`{name}` knows no {what}: `{}` does", family::DEFAULT);
     if material.weak_plane.is_some() {
@@ -60,5 +64,5 @@ pub(super) fn unfit(material: &SceneMaterial, body: &Body, solver: &SolverChoice
     if material.layers.is_some() {
         return Some(("material", why("layers")));
     }
-    (!body.paint.is_empty()).then(|| ("paint", why("painted strength")))
+    painted.then(|| ("paint", why("painted strength")))
 }

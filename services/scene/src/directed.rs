@@ -148,6 +148,8 @@ pub(super) fn directions(
     for (path, written) in entries(context, "field") {
         found.fields.extend(super::fields::field(context, bodies, names, (&written, seed), &path));
     }
+    let hits = entries(context, "hit");
+    found.hits = super::hits::hits(context, bodies, names, hits);
     found
 }
 

@@ -1,8 +1,10 @@
-//! What directs a shot, ready for the run: joints, glue and fields.
+//! What directs a shot, ready for the run: joints, glue, fields, and hits with settings of their
+//! own.
 
-use super::format::JointForm;
+use super::format::{JointForm, SolverChoice};
 use cullet_geometry::Vec3;
 use std::collections::BTreeSet;
+use std::fmt;
 
 /// A joint of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +68,38 @@ pub struct SceneDirections {
     pub glue: Vec<SceneGlue>,
     /// Fields, in the order of the file.
     pub fields: Vec<SceneField>,
+    /// Hits with settings of their own, in the order of the file.
+    pub hits: Vec<SceneHit>,
+}
+
+/// One hit that is solved with settings of its own: the first one of a body from a time on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneHit {
+    /// Name of the body or fragment.
+    pub body: String,
+    /// Its earliest time \[s\].
+    pub at: f64,
+    /// In place of the scene's seed.
+    pub seed: Option<u64>,
+    /// In place of the body's solver.
+    pub solver: Option<SolverChoice>,
+    /// Grid spacing of the solve \[m\].
+    pub spacing: Option<f64>,
+    /// Number of material points of the solve.
+    pub particles: Option<u32>,
+}
+
+impl fmt::Display for SceneHit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let family = |it: &SolverChoice| it.name().unwrap_or("auto").to_owned();
+        let settings = [
+            self.seed.map(|it| format!("seed {it}")),
+            self.solver.as_ref().map(|it| format!("solver {}", family(it))),
+            self.spacing.map(|it| format!("spacing {it} m")),
+            self.particles.map(|it| format!("{it} particles")),
+        ];
+        f.write_str(&settings.into_iter().flatten().collect::<Vec<_>>().join(", "))
+    }
 }
 
 impl SceneDirections {

@@ -11,6 +11,7 @@ mod directed;
 mod dynamic;
 mod fidelity;
 mod generator;
+mod hit;
 mod material;
 mod plasticity;
 mod rotation;
@@ -28,6 +29,7 @@ pub use directed::{
 pub use dynamic::{BodyPart, Dynamics, SoftGrip};
 pub use fidelity::Fidelity;
 pub use generator::{Grid, Scatter, Stack};
+pub use hit::HitEntry;
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub(crate) use material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
 pub use plasticity::{HeatSoftening, Plasticity};
@@ -87,6 +89,9 @@ pub struct Document {
     /// What acts on bodies from afar: at most 64 fields.
     #[schemars(length(max = 64))]
     pub field: Vec<FieldEntry>,
+    /// Hits that are solved with settings of their own: at most 1000.
+    #[schemars(length(max = 1000))]
+    pub hit: Vec<HitEntry>,
     /// What a run of the scene must show.
     pub expect: Expect,
     /// What the recording of a run holds beside what decides the run.

@@ -18,6 +18,7 @@ mod fields;
 pub mod format;
 mod generate;
 pub mod geometry;
+mod hits;
 mod limits;
 mod load;
 pub mod material;
@@ -42,6 +43,7 @@ mod taken;
 mod tests;
 mod treatment;
 
+pub use directions::SceneHit;
 pub use expect::Observed;
 pub use format::{Expect, SolverChoice, View};
 pub use load::{SCENE_FILE, load, load_bundle, name_at};

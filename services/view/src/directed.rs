@@ -20,5 +20,8 @@ pub(crate) fn directed_figures(directed: &DirectedTotals) -> Vec<(&'static str, 
     if directed.removed > 0 {
         rows.push(("directed: bodies removed", count(directed.removed)));
     }
+    if directed.hits > 0 {
+        rows.push(("directed: hits with settings of their own", count(directed.hits)));
+    }
     rows
 }

@@ -68,7 +68,7 @@ fn recorded() -> Vec<u8> {
                 Event::Impact { body, striker, point, impulse, closing_speed, energy, contact };
             recorder.event(step, time, &hit).expect("an event");
             let (solver, reason) = ("brittle".to_owned(), String::new());
-            let opened = Event::JobOpened { body: 1, job, solver, reason };
+            let opened = Event::JobOpened { body: 1, job, solver, reason, directed: false };
             recorder.event(step, time, &opened).expect("an event");
         }
     }

@@ -78,7 +78,8 @@ fn a_second_attempt_asks_the_pool_for_what_is_new_alone_and_hears_the_same_in_or
     let (store, pool) = (Store::open(None).expect("a folder"), Stub::default());
     let live = RunStatus::default();
     let attempt = |wanted: &[u64], settle: usize| {
-        let keeper = ReplayingPool::new(&pool, Some(store.kept(1)), &live);
+        let kept = store.kept(1);
+        let keeper = ReplayingPool::new(&pool, Some(&kept), &live);
         let ids: Vec<JobId> =
             wanted.iter().map(|seed| keeper.open(WantedJob::Fracture(&job(*seed)))).collect();
         let heard: Vec<_> = (0..settle).filter_map(|_| keeper.settled(Duration::ZERO)).collect();

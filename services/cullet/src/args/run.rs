@@ -3,6 +3,7 @@
 use super::{CloseArgs, Command, Memory, SheetArgs, Voice, WebAddress, memory};
 use crate::exit::CommandError;
 use clap::Args;
+use cullet::RunAgain;
 use cullet_files::regular;
 use std::path::PathBuf;
 
@@ -61,6 +62,8 @@ pub(crate) struct RunArgs {
     #[arg(long, requires = "out")]
     pub(crate) replace: bool,
     #[command(flatten)]
+    pub(crate) again: AgainArgs,
+    #[command(flatten)]
     pub(crate) part: PartArgs,
     #[command(flatten)]
     pub(crate) sheet: SheetArgs,
@@ -78,6 +81,35 @@ pub(crate) struct RunArgs {
     pub(crate) live: Option<WebAddress>,
     #[command(flatten)]
     pub(crate) voice: Voice,
+}
+
+/// Which earlier run is taken up, and what is kept for later ones.
+#[derive(Debug, Args)]
+pub(crate) struct AgainArgs {
+    /// Take up an earlier run, by its folder: jobs whose problem is the same take the result from
+    /// there, and only the others are solved. The digest of the run is the same without it
+    #[arg(long, value_name = "RUN")]
+    pub(crate) from: Option<PathBuf>,
+    /// Resume that run at step N: whatever is set anew, the steps before N must come out as they
+    /// are recorded there, or this run is refused
+    #[arg(long, value_name = "N", requires = "from")]
+    pub(crate) from_step: Option<u64>,
+    /// Keep up to so many MiB of results of jobs beside the recording, in the folder results, for a
+    /// later --from; 0: none. A sweep keeps none
+    #[arg(long, value_name = "MIB", default_value_t = 1024,
+        value_parser = clap::value_parser!(u64).range(..=16_777_216))]
+    pub(crate) results: u64,
+}
+
+impl AgainArgs {
+    pub(crate) fn options(&self) -> RunAgain<'_> {
+        RunAgain { keep: self.results << 20, ..self.of_sweep() }
+    }
+
+    /// The same for the runs of a sweep.
+    pub(crate) fn of_sweep(&self) -> RunAgain<'_> {
+        RunAgain { from: self.from.as_deref(), from_step: self.from_step, keep: 0 }
+    }
 }
 
 #[derive(Debug, Args)]

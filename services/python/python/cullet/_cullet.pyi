@@ -34,7 +34,13 @@ class Scene:
 
 class LocalPool:
     def __init__(self, workers: int, threads: int, program: str | None) -> None: ...
-    def run(self, scene: Scene, out: str, tell: Callable[[dict[str, Any]], None] | None) -> dict[str, Any]: ...
+    def run(
+        self,
+        scene: Scene,
+        out: str,
+        tell: Callable[[dict[str, Any]], None] | None,
+        again: tuple[str | None, int | None, int],
+    ) -> dict[str, Any]: ...
     def close(self) -> None: ...
 
 class Recording:

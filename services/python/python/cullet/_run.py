@@ -17,6 +17,9 @@ from ._scene import PathLike, Scene
 from ._sweep import Sweep, SweepRun
 from ._values import Settings, settings
 
+RESULTS = 1024
+"""Results of jobs that are kept beside a recording, at most [MiB]."""
+
 
 def new_folder(name: str) -> Path:
     """A new folder ``runs/NAME-N`` for a run."""
@@ -87,15 +90,30 @@ class LocalPool:
         path = str(program()) if kind == "processes" else None
         self._inner = _cullet.LocalPool(count, threads, path)
 
-    def run(self, scene: Scene, out: PathLike | None = None, progress: Told = True) -> Recording:
+    def run(
+        self,
+        scene: Scene,
+        out: PathLike | None = None,
+        progress: Told = True,
+        *,
+        from_run: Recording | PathLike | None = None,
+        from_step: int | None = None,
+        results: int = RESULTS,
+    ) -> Recording:
         """Runs a scene to its end; see `run`."""
+        if from_step is not None and from_run is None:
+            raise ValueError("from_step: it is a step of an earlier run; give from_run")
+        if not 0 <= results <= 1 << 24:
+            raise ValueError(f"results: {results}; there are 0 to {1 << 24} MiB")
+        earlier = from_run.path if isinstance(from_run, Recording) else from_run
+        again = (None if earlier is None else os.fspath(earlier), from_step, results << 20)
         folder = folder_for(out, scene.name)
         with Shown(scene.name, progress) as shown:
 
             def tell(said: dict[str, Any]) -> None:
                 shown.show(Progress(**said))
 
-            told = self._inner.run(scene._inner, str(folder), tell if shown.wanted else None)
+            told = self._inner.run(scene._inner, str(folder), tell if shown.wanted else None, again)
         recording = Recording(told["recording"])
         recording.unmet = list(told["unmet"])
         recording.log = list(told["log"])
@@ -108,9 +126,10 @@ class LocalPool:
         *,
         out: PathLike | None = None,
         progress: Told = True,
+        from_run: Recording | PathLike | None = None,
     ) -> Sweep:
         """Runs a scene with every combination of values; see `sweep`."""
-        return _sweep(self, scene, values, out, progress)
+        return _sweep(self, scene, values, out, progress, from_run)
 
     def close(self) -> None:
         """Ends the workers, once the run of another thread is over.
@@ -138,6 +157,9 @@ def run(
     threads: int = 1,
     kind: Literal["processes", "threads"] = "processes",
     progress: Told = True,
+    from_run: Recording | PathLike | None = None,
+    from_step: int | None = None,
+    results: int = RESULTS,
 ) -> Recording:
     """Runs a scene on this machine to its end.
 
@@ -157,6 +179,14 @@ def run(
     progress : bool or callable
         Whether a bar is shown, in notebooks and terminals; or who is called with a `Progress`. What it raises ends the
         run.
+    from_run : Recording or path, optional
+        An earlier run. Jobs whose problem is the same take the result from there, and only the others are solved. The
+        digest is the same without it.
+    from_step : int, optional
+        The step of `from_run` at which it is resumed: the steps before it must come out as they are recorded there, or
+        `RunError` is raised.
+    results : int
+        Results of jobs that are kept beside the recording for a later `from_run`, at most [MiB]; 0 for none.
 
     Returns
     -------
@@ -175,7 +205,7 @@ def run(
     else:
         scene = Scene.load(scene, set=set)
     with LocalPool(workers, threads, kind) as pool:
-        return pool.run(scene, out, progress)
+        return pool.run(scene, out, progress, from_run=from_run, from_step=from_step, results=results)
 
 
 def sweep(
@@ -187,6 +217,7 @@ def sweep(
     threads: int = 1,
     kind: Literal["processes", "threads"] = "processes",
     progress: Told = True,
+    from_run: Recording | PathLike | None = None,
 ) -> Sweep:
     """Runs a scene on this machine with every combination of values, one after another on one pool.
 
@@ -198,8 +229,8 @@ def sweep(
         Values by path: ``{"world.seed": range(5), "body.ball.velocity": [[0, 0, -v] for v in (2, 4, 8)]}``.
     out : path, optional
         Folder for the runs' folders ``1``, ``2``, …; without it a new one.
-    workers, threads, kind, progress
-        As for `run`.
+    workers, threads, kind, progress, from_run
+        As for `run`. The runs take results from each other too, as far as the pool remembers them, and keep none.
 
     Returns
     -------
@@ -208,11 +239,16 @@ def sweep(
     """
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     with LocalPool(workers, threads, kind) as pool:
-        return pool.sweep(scene, values, out=out, progress=progress)
+        return pool.sweep(scene, values, out=out, progress=progress, from_run=from_run)
 
 
 def _sweep(
-    pool: LocalPool, scene: Scene, values: Mapping[str, Sequence[Any]], out: PathLike | None, progress: Told
+    pool: LocalPool,
+    scene: Scene,
+    values: Mapping[str, Sequence[Any]],
+    out: PathLike | None,
+    progress: Told,
+    from_run: Recording | PathLike | None,
 ) -> Sweep:
     rows = [dict(zip(values, row, strict=True)) for row in itertools.product(*values.values())]
     if not values or not rows:
@@ -222,6 +258,6 @@ def _sweep(
     folder = folder_for(out, f"{scene.name}-sweep")
     runs = []
     for number, (row, one) in enumerate(zip(rows, scenes, strict=True), 1):
-        recording = pool.run(one, folder / str(number), progress)
+        recording = pool.run(one, folder / str(number), progress, from_run=from_run, results=0)
         runs.append(SweepRun(values=row, recording=recording))
     return Sweep(runs)

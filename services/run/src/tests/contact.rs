@@ -73,7 +73,7 @@ fn objects(source: &str) -> BTreeMap<String, Vec<Option<u32>>> {
     std::fs::write(&file, text).expect("a file");
     let scene = load(Path::new(&file), &["world.duration=0.05".to_owned()]).expect("a scene");
     let (pool, stop, out) = (Reaching::default(), AtomicBool::new(false), folder.path());
-    let outcome = run(&scene, &pool, &RunOptions { out, stop: &stop }, &mut |_| {});
+    let outcome = run(&scene, &pool, &RunOptions::new(out, &stop), &mut |_| {});
     let recording = Recording::open(&outcome.expect("a run").recording).expect("a recording");
     assert!(recording.bodies.len() > scene.bodies.len(), "the cubes break");
     let mut found: BTreeMap<String, Vec<Option<u32>>> = BTreeMap::new();

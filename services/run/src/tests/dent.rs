@@ -98,7 +98,7 @@ fn dented() -> (Recording, Inspection, Vec<f64>) {
     let scene = load(Path::new(scene), &sets).expect("a scene");
     let pool = Pressing { waiting: RefCell::default(), masses: RefCell::default() };
     let (out, stop) = (tempfile::tempdir().expect("a folder"), AtomicBool::new(false));
-    let options = RunOptions { out: out.path(), stop: &stop };
+    let options = RunOptions::new(out.path(), &stop);
     let outcome = run(&scene, &pool, &options, &mut |_| {}).expect("a run");
     let recording = Recording::open(&outcome.recording).expect("a recording");
     assert_eq!(recording.summary(), outcome.summary, "read back from the messages alone");

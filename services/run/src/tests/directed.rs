@@ -35,7 +35,7 @@ fn directed(sets: &[&str]) -> (Outcome, Recording, Vec<String>) {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     let scene = load(Path::new(scene), &sets).unwrap_or_else(|why| panic!("{why}"));
     let (stop, out) = (AtomicBool::new(false), tempfile::tempdir().expect("a folder"));
-    let options = RunOptions { out: out.path(), stop: &stop };
+    let options = RunOptions::new(out.path(), &stop);
     let outcome = run(&scene, &Unasked, &options, &mut |_| {}).expect("a run");
     let recording = Recording::open(&outcome.recording).expect("a recording");
     let told = inspect(&outcome.recording).expect("a recording").events;

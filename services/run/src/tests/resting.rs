@@ -65,7 +65,7 @@ fn what_rests_has_no_rows() {
     let sets = ["body.right.breakable=false", "world.max_generation=1", "world.duration=8", floor];
     let scene = load(Path::new(scene), &sets.map(str::to_owned)).expect("a scene");
     let (stop, out) = (AtomicBool::new(false), tempfile::tempdir().expect("a folder"));
-    let options = RunOptions { out: out.path(), stop: &stop };
+    let options = RunOptions::new(out.path(), &stop);
     let outcome = run(&scene, &Crumbler(RefCell::default()), &options, &mut |_| {});
     let outcome = outcome.expect("a run");
     let recording = Recording::open(&outcome.recording).expect("a recording");

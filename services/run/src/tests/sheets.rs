@@ -168,7 +168,7 @@ fn scene_on(net: &Net, more: &str, sets: &[&str]) -> (Recording, f64) {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
     let scene = load(Path::new(&file), &sets).expect("a scene");
     let (stop, out) = (AtomicBool::new(false), folder.path());
-    let options = RunOptions { out, stop: &stop };
+    let options = RunOptions::new(out, &stop);
     let outcome = run(&scene, net, &options, &mut |_| {}).expect("a run");
     let recording = Recording::open(&outcome.recording).expect("a recording");
     assert_eq!(recording.summary().digest, outcome.summary.digest);

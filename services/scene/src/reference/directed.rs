@@ -108,3 +108,16 @@ normal = [0, 0, 1]
 pub(super) const WORLD_BOUNDS: &str = r#"[world]
 bounds = { min = [-20, -20, -1], max = [20, 20, 30] }
 "#;
+
+pub(super) const HIT: &str = r#"[[body]]
+name = "jar"
+shape = { kind = "cylinder", radius = "6 cm", height = "20 cm" }
+position = [2, 0, "1.5 m"]
+material = "stoneware"
+
+[[hit]]
+body = "jar"
+at = "0.5 s"
+seed = 5
+particles = 40000
+"#;

@@ -1,7 +1,7 @@
 //! The tables of a scene file: their headings on the page, their keys in order, and an example of
 //! each.
 
-use super::directed::{FIELD, GLUE, JOINT, KEYFRAME, PART, WORLD_BOUNDS};
+use super::directed::{FIELD, GLUE, HIT, JOINT, KEYFRAME, PART, WORLD_BOUNDS};
 use super::dynamic::{BODY_PART, DYNAMICS, SOFT_GRIP};
 use super::keys::keys_of;
 use super::sheets::{
@@ -10,7 +10,7 @@ use super::sheets::{
 };
 use crate::format::{
     Air, Body, BodyPart, BondAxis, BondNumbers, Bounds, Diffusion, Document, Dynamics, Expect,
-    Fidelity, FieldEntry, Fracture, GlueEntry, Grid, Grip, GripPlace, HeatSoftening,
+    Fidelity, FieldEntry, Fracture, GlueEntry, Grid, Grip, GripPlace, HeatSoftening, HitEntry,
     InterlayerFilm, JointEntry, Layers, Material, Paint, Plasticity, PoseKeyframe,
     RecordingSettings, Resolution, Rotation, Scatter, Shape, ShapePart, ShareBounds, SheetBody,
     SheetInflow, SheetPatch, SoftGrip, Stack, Tiers, View, WavePace, WeakPlane, World, WorldBounds,
@@ -87,6 +87,7 @@ pub(super) const TABLES: &[Table] = tables! {
     JointEntry, "`[[joint]]`", &[("", JOINT)];
     GlueEntry, "`[[glue]]`", &[("", GLUE)];
     FieldEntry, "`[[field]]`", &[("", FIELD)];
+    HitEntry, "`[[hit]]`", &[("", HIT)];
     Expect, "`[expect]`", &[("", EXPECT)];
     Bounds, "Range of a count", &[("", BOUNDS)];
     ShareBounds, "Range of a share", &[("", SHARE_BOUNDS)];

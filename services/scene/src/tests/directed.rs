@@ -326,3 +326,57 @@ fn the_parts_of_a_body_are_one_closed_mesh() {
     let both = errors_of(SMALL, &[parts]);
     assert!(both.contains("body.cube.parts") && both.contains("not both"), "{both}");
 }
+
+#[test]
+fn a_hit_has_settings_of_its_own_also_by_an_override() {
+    let hits = "[[hit]]\nbody = \"cube\"\nat = \"250 ms\"\nseed = 5\nspacing = \"4 mm\"\n\
+                [[hit]]\nbody = \"cube.3.12\"\nsolver = \"geometric\"\n";
+    let scene = loaded(hits);
+    let [first, second] = &scene.directions.hits[..] else { panic!("two hits") };
+    assert_eq!((first.at, first.seed, first.spacing), (0.25, Some(5), Some(0.004)));
+    assert_eq!(first.to_string(), "seed 5, spacing 0.004 m");
+    assert_eq!((second.body.as_str(), second.at), ("cube.3.12", 0.0));
+    assert_eq!(second.to_string(), "solver geometric");
+    assert!(scene.is_directed());
+    // An override changes the entry of a body, or makes one; of two rivals the later one counts.
+    let text = with("[[hit]]\nbody = \"cube\"\nspacing = \"4 mm\"\n");
+    let set = ["hit.cube.particles=9000", "hit.\"cube.3\".seed=7", "hit.\"cube.3\".at=\"1 s\""];
+    let scene = from_text(&text, &set).unwrap_or_else(|why| panic!("{why}"));
+    let told: Vec<String> = scene.directions.hits.iter().map(ToString::to_string).collect();
+    assert_eq!(told, ["9000 particles", "seed 7"]);
+    assert_eq!((scene.directions.hits[0].at, scene.directions.hits[1].at), (0.0, 1.0));
+}
+
+#[test]
+fn what_is_wrong_with_a_hit_is_said_with_its_place() {
+    for (more, words) in [
+        ("body = \"cub\"\nseed = 1", ["hit[0].body", "did you mean `cube`"]),
+        ("body = \"cube.x\"\nseed = 1", ["hit[0].body", "there is no body \"cube.x\""]),
+        ("body = \"ball\"\nseed = 1", ["hit[0].body", "\"ball\" does not break"]),
+        ("body = \"cube\"", ["hit[0]", "says nothing about the hit: give it one of `seed`"]),
+        ("body = \"cube\"\nat = -1\nseed = 1", ["hit[0].at", "at least 0 s"]),
+        ("body = \"cube\"\nspacing = 0", ["hit[0].spacing", "above 0 m"]),
+        ("body = \"cube\"\nparticles = 3", ["hit[0].particles", "at least 64"]),
+        (
+            "body = \"cube\"\nparticles = 300\nspacing = 0.01",
+            ["hit[0]", "takes `spacing` or `particles`, not both"],
+        ),
+        ("body = \"cube\"\nsolver = \"ductile\"", ["hit[0].solver", "takes only what yields"]),
+        (
+            "body = \"cube\"\nseed = 1\n[[hit]]\nbody = \"cube\"\nsolver = \"geometric\"",
+            ["hit[1]", "a second entry is for the hit of \"cube\" from 0 s on"],
+        ),
+    ] {
+        refused(&[(&format!("[[hit]]\n{more}\n"), &words[..])]);
+    }
+    let set = ["hit.\"cube.7\".seed=3"];
+    let twin = format!(
+        "{}[[body]]\nname = \"cube.7\"\nshape = {{ kind = \"box\", size = [0.1, 0.1, 0.1] }}\n\
+         position = [5, 5, 5]\nmaterial = \"plaster\"\n",
+        with("")
+    );
+    let said = errors_of(&twin, &set);
+    assert!(said.contains("can be that body or a fragment of \"cube\""), "{said}");
+    let said = errors_of(SMALL, &["hit.cub.seed=3"]);
+    assert!(said.contains("--set:1:5") && said.contains("did you mean `cube`"), "{said}");
+}
