@@ -28,4 +28,5 @@ mod service;
 mod soak;
 mod streams;
 mod sweeps;
+mod viewers;
 mod web;

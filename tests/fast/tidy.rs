@@ -114,6 +114,7 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("mcap::", &["services/record/src"]),
     ("hyper::", &["services/web/src"]),
     ("axum::", &["services/web/src"]),
+    ("tungstenite::", &["services/web/src"]),
 ];
 
 const MAX_LINE: usize = 100;

@@ -8,17 +8,22 @@ use gltf::texture::WrappingMode;
 use std::collections::BTreeMap;
 
 /// Deepest chain of nodes: deeper ones are cycles.
-const MAX_DEPTH: usize = 64;
+pub(super) const MAX_DEPTH: usize = 64;
 
 /// Most nodes walked: a node may stand under many parents only in a broken file.
 const MAX_NODES: usize = 100_000;
+
+/// Most values of all accessors that have no bytes but for some of their values: they may name any
+/// count.
+const MAX_BARE: usize = 3 * MAX_TRIANGLES;
 
 /// Bytes of the file's header and of those of its two chunks.
 const HEADERS: u64 = 12 + 8 + 8;
 
 type Affine = nalgebra::Matrix4<f64>;
 
-pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
+/// The document and the binary chunk of a file that refers to nothing outside it.
+pub(super) fn open(bytes: &[u8]) -> Result<gltf::Gltf, MeshFileError> {
     if let Some(need) = bytes.get(8..12).and_then(|length| length.try_into().ok()) {
         let need = u64::from(u32::from_le_bytes(need));
         if bytes.starts_with(b"glTF") && (bytes.len() as u64) < need {
@@ -39,10 +44,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
             return Err(MeshFileError::Truncated { have, need: buffer.length() as u64 });
         }
     }
+    Ok(file)
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
+    let file = open(bytes)?;
     let blob = file.blob.as_deref().unwrap_or(&[]);
     let materials = file.materials().len();
     let (names, raw) = (BTreeMap::new(), Raw::default());
-    let mut walk = Walk { blob, nodes: 0, materials, names, raw };
+    let mut walk = Walk { blob, nodes: 0, bare: 0, materials, names, raw };
     match file.default_scene().or_else(|| file.scenes().next()) {
         Some(scene) => {
             for node in scene.nodes() {
@@ -129,6 +139,8 @@ fn range(view: &gltf::buffer::View<'_>, bytes: &[u8]) -> SurfaceTexture {
 struct Walk<'a> {
     blob: &'a [u8],
     nodes: usize,
+    /// Values so far of accessors that have no bytes of their own.
+    bare: usize,
     /// How many materials the file has; what has none is of the one after them.
     materials: usize,
     /// Names of objects, and the next number for one that is there.
@@ -172,6 +184,20 @@ impl Walk<'_> {
         self.raw.object_names.push(own);
     }
 
+    /// Whether what a primitive names is of a size that can be read.
+    fn counted(&mut self, primitive: &gltf::Primitive<'_>) -> Result<(), MeshFileError> {
+        let all = primitive.attributes().map(|(_, it)| it).chain(primitive.indices());
+        for accessor in all.filter(|it| it.view().is_none() && it.sparse().is_some()) {
+            self.bare = self.bare.saturating_add(accessor.count());
+        }
+        if self.bare > MAX_BARE {
+            let count = self.bare;
+            let what = format!("sparse accessors without a buffer name {count} values");
+            return Err(malformed(&format!("{what}; at most {MAX_BARE} are read")));
+        }
+        Ok(())
+    }
+
     fn mesh(&mut self, mesh: &gltf::Mesh<'_>, place: &Affine) -> Result<(), MeshFileError> {
         let mirrored = place.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
         for primitive in mesh.primitives() {
@@ -179,6 +205,7 @@ impl Walk<'_> {
                 let what = format!("a primitive of {:?}", primitive.mode());
                 return Err(MeshFileError::Unsupported { what });
             }
+            self.counted(&primitive)?;
             let reader = primitive.reader(|buffer| match buffer.source() {
                 gltf::buffer::Source::Bin => Some(self.blob),
                 gltf::buffer::Source::Uri(_) => None,
@@ -277,6 +304,6 @@ impl Walk<'_> {
     }
 }
 
-fn malformed(reason: &str) -> MeshFileError {
+pub(super) fn malformed(reason: &str) -> MeshFileError {
     MeshFileError::Malformed { line: None, reason: reason.to_owned() }
 }

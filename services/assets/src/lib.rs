@@ -8,6 +8,7 @@
 
 mod glb;
 mod hush;
+mod motion;
 mod nurbs;
 mod obj;
 mod ply;
@@ -15,6 +16,8 @@ mod stl;
 
 #[cfg(test)]
 mod tests;
+
+pub use motion::{MAX_MOTION_KEYS, MotionFileError, NodeMotion, node_motion};
 
 use cullet_geometry::attributes::{SurfaceAttributes, SurfaceMaterial};
 use cullet_geometry::{TriMesh, Vec3};

@@ -1,5 +1,6 @@
 //! Each format gives the same solid, and no bytes make a reader panic.
 
+mod motion;
 mod surface;
 
 use super::{MeshFileError, corners, read};

@@ -17,7 +17,7 @@ pub(crate) use limit::{Memory, duration, memory};
 pub(crate) use picture::{CloseArgs, Preview, SheetArgs, StillArgs};
 pub(crate) use run::{Check, OpenJobArgs, RunArgs, SceneArgs};
 pub(crate) use voice::{Log, Voice};
-pub(crate) use web::WebAddress;
+pub(crate) use web::{WebAddress, own_address};
 
 use clap::{Args, Parser, Subcommand};
 use cullet_lab::SweptSetting;

@@ -17,6 +17,8 @@ const RUN: u64 = 4;
 const METRICS: u64 = 66;
 /// Connections of those who watch a page and of strangers there, and what is read for them.
 const PAGE: u64 = 140;
+/// Connections of viewers, and of strangers there.
+const VIEWERS: u64 = 36;
 /// More than this is not asked for.
 #[cfg(unix)]
 const MOST: u64 = 1 << 16;
@@ -27,7 +29,8 @@ fn needed(command: &Command) -> Option<u64> {
     Some(match command {
         Command::Run(args) => {
             let page = args.live.map_or(0, |_| PAGE);
-            BASE + workers(args.workers) + RUN + page
+            let viewers = args.foxglove.map_or(0, |_| VIEWERS);
+            BASE + workers(args.workers) + RUN + page + viewers
         }
         Command::Coordinator(args) => {
             let page = args.web.map_or(0, |_| PAGE);

@@ -25,6 +25,7 @@ mod shown;
 mod signals;
 mod sweep;
 mod tls;
+mod viewers;
 mod workers;
 
 use args::{Cli, Command, Log, SceneArgs, Voice, What};

@@ -6,6 +6,7 @@ use crate::live::LivePage;
 use crate::progress::ProgressDisplay;
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
+use crate::viewers::LiveViewers;
 use crate::{args, logs};
 use cullet::{LocalPool, LocalRunError, LocalWorkers, Scene, spare_cores};
 use cullet::{Outcome, RunError, RunOptions};
@@ -43,18 +44,22 @@ pub(crate) fn run_scene(
     let named = std::iter::once((scene.name.clone(), set.to_vec()));
     let mut live =
         LivePage::open(args.live, named, args.voice.quiet).inspect_err(|_| folder.forget())?;
+    let viewers = LiveViewers::open(args.foxglove, args.voice.quiet);
+    let viewers = viewers.inspect_err(|_| folder.forget())?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     if args.replace {
         clear_run(out)?;
     }
     let mut progress = ProgressDisplay::new(args.voice.quiet);
-    let options = RunOptions { out, stop: &stop, again };
+    let tap = viewers.as_ref().map(|viewers| viewers.begin(&scene.name));
+    let options = RunOptions { out, stop: &stop, tap, again };
     live.iter_mut().for_each(|page| page.begin(0, out, &pool));
     let outcome = pool.run(scene, &options, &mut |news| {
         progress.show(news);
         live.iter_mut().for_each(|page| page.show(news, &pool));
     });
     progress.done();
+    viewers.iter().for_each(LiveViewers::end);
     let outcome = match outcome {
         Ok(outcome) => outcome,
         Err(error) => {

@@ -15,6 +15,7 @@ use crate::logs;
 use crate::run::{checked_framing, draw, exit_of, read_scene, start_pool, trouble};
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
+use crate::viewers::LiveViewers;
 use cullet::{News, RunOptions, Scene, Summary};
 use cullet_coordinator::sweep::{Sweep, is_sweep};
 use cullet_files::output::write_file;
@@ -160,6 +161,8 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let runs = scenes.iter().map(|scene| scene.name.clone()).zip(sets);
     let live = LivePage::open(args.live, runs, args.voice.quiet);
     let mut live = live.inspect_err(|_| folder.forget())?;
+    let viewers = LiveViewers::open(args.foxglove, args.voice.quiet);
+    let viewers = viewers.inspect_err(|_| folder.forget())?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     if args.replace {
         clear_sweep(&folder.path)?;
@@ -171,7 +174,8 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
         if !args.voice.quiet {
             logs::say(format!("{}: {}", index + 1, shown(&sweep.label(&sweep.rows[index]))));
         }
-        let options = RunOptions { out: &out, stop, again };
+        let tap = viewers.as_ref().map(|viewers| viewers.begin(&sweep.label(&sweep.rows[index])));
+        let options = RunOptions { out: &out, stop, tap, again };
         live.iter_mut().for_each(|page| page.begin(index, &out, &pool));
         let outcome = pool.run(scene, &options, &mut |news| {
             live.iter_mut().for_each(|page| page.show(news, &pool));
@@ -202,6 +206,7 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
             break;
         }
     }
+    viewers.iter().for_each(LiveViewers::end);
     live.iter().for_each(|page| page.linger(&pool, stop, args.voice.quiet));
     drop((live, pool));
     let view = SheetView { times: args.sheet.at.clone(), framing };

@@ -9,7 +9,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// The lists whose items are called by name.
-pub const NAMED_LISTS: [&str; 6] = ["material", "body", "grid", "stack", "scatter", HITS];
+pub const NAMED_LISTS: [&str; 7] =
+    ["material", "body", "grid", "stack", "scatter", "instances", HITS];
 
 /// The list whose items are called by the body that they are about, and made where there is none.
 const HITS: &str = "hit";
@@ -20,9 +21,11 @@ fn calling_key(list: &str) -> &'static str {
 }
 
 /// Keys that cannot stand beside the key that an override sets: the older ones go.
-const RIVALS: [(&str, &[&str]); 8] = [
+const RIVALS: [(&str, &[&str]); 10] = [
     ("shape", &["mesh", "fit", "scale", "repair", "up"]),
     ("mesh", &["shape"]),
+    ("keyframes", &["animation"]),
+    ("animation", &["keyframes", "interpolation"]),
     ("fit", &["scale"]),
     ("scale", &["fit"]),
     ("spacing", &["particles"]),

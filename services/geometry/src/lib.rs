@@ -13,6 +13,7 @@ pub mod inside;
 pub mod math;
 pub mod mesh;
 pub mod midsurface;
+pub mod motion;
 pub mod nurbs;
 pub mod plate;
 pub mod quads;

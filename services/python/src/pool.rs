@@ -93,7 +93,7 @@ impl PyLocalPool {
             let (from, from_step, keep) = &again;
             let (from, from_step, keep) = (from.as_deref(), *from_step, *keep);
             let again = RunAgain { from, from_step, keep };
-            let options = RunOptions { out: &out, stop: &stop, again };
+            let options = RunOptions { out: &out, stop: &stop, tap: None, again };
             *self.runner() = Some(std::thread::current().id());
             let outcome = pool.run(scene, &options, &mut |news| {
                 if listener.hear(news) {

@@ -89,6 +89,7 @@ pub use sheet_book::SheetAbout;
 pub use sheet_census::{SheetCensus, SheetTotals, crumbs};
 pub use sheet_read::{FrameTime, RecordedSheet, SheetMoment, SoundWindow};
 pub use sheets::SolvedWindow;
+pub use sink::MessageTap;
 pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
 pub use thick_sheet::{PlacedSheet, SheetSide, ThickSheet, ThickVertex};
 pub use trace::{Trace, traces};

@@ -23,7 +23,7 @@ pub const POINTS: &str = "/points";
 /// # Errors
 /// The file cannot be written.
 pub fn record(path: &Path, name: &str, frames: &[Frame]) -> Result<(), RecordError> {
-    let mut sink = Sink::create(path)?;
+    let mut sink = Sink::create(path, None)?;
     let about = BTreeMap::from([("specimen".to_owned(), name.to_owned())]);
     sink.metadata(SPECIMEN, &about)?;
     let span = range(frames);

@@ -6,7 +6,7 @@ use super::meta::{RunMeta, meta_map, up};
 use super::object::{self, Object};
 use super::pose_row::PoseRow;
 use super::sheet_book::SheetBook;
-use super::sink::{Sink, Stamp};
+use super::sink::{MessageTap, Sink, Stamp};
 use super::trail::Following;
 use super::{
     BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, JOINTS, POOL, RecordError,
@@ -116,9 +116,20 @@ impl Recorder {
     /// # Errors
     /// The file cannot be created or written.
     pub fn create(path: &Path, meta: &RunMeta) -> Result<Self, RecordError> {
+        Self::tapped(path, meta, None)
+    }
+
+    /// Starts a recording as [`Recorder::create`] does, whose messages also go to `tap`.
+    ///
+    /// # Errors
+    /// As [`Recorder::create`].
+    pub fn tapped(
+        path: &Path,
+        meta: &RunMeta,
+        tap: Option<Arc<dyn MessageTap>>,
+    ) -> Result<Self, RecordError> {
         let partial = partial_path(path);
-        let mut sink = Sink::create(&partial)?;
-        let map = meta_map(meta);
+        let (mut sink, map) = (Sink::create(&partial, tap)?, meta_map(meta));
         sink.metadata("run", &map)?;
         sink.metadata("materials", &meta.materials)?;
         sink.attach("scene.toml", "application/toml", meta.scene_text.as_bytes())?;

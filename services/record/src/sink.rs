@@ -5,9 +5,11 @@ use cullet_proto::recording::{Recorded, schema_of};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use std::collections::BTreeMap;
+use std::fmt::Debug;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Uncompressed bytes a chunk. Large chunks let the compressor see an object's triangles several
 /// times (4.3 times smaller than with 1 MiB); larger still, and a seek decompresses too much.
@@ -20,6 +22,18 @@ pub(super) struct Sink {
     writer: mcap::Writer<NoSeek<BufWriter<File>>>,
     channels: BTreeMap<String, (u16, u32)>,
     pending: bool,
+    tap: Option<Arc<dyn MessageTap>>,
+}
+
+/// Gets each message of a recording as it is written, byte for byte. The run waits for it, so it
+/// must not wait for anything itself.
+pub trait MessageTap: Debug + Send + Sync {
+    /// A channel, before its first message. `schema`: the type of its messages, as a set of
+    /// protobuf file descriptors.
+    fn channel(&self, topic: &str, schema_name: &str, schema: &[u8]);
+
+    /// A message, with its log time: simulated time \[ns\].
+    fn message(&self, topic: &str, log_time: u64, payload: &[u8]);
 }
 
 /// Log time and publish time of a message \[ns\].
@@ -30,7 +44,10 @@ pub(super) struct Stamp {
 }
 
 impl Sink {
-    pub(super) fn create(path: &Path) -> Result<Self, RecordError> {
+    pub(super) fn create(
+        path: &Path,
+        tap: Option<Arc<dyn MessageTap>>,
+    ) -> Result<Self, RecordError> {
         let file = File::create(path).map_err(RecordError::io(path))?;
         let copy = file.try_clone().map_err(RecordError::io(path))?;
         let name = concat!("cullet ", env!("CARGO_PKG_VERSION"));
@@ -41,7 +58,7 @@ impl Sink {
             .create(NoSeek::new(BufWriter::new(copy)))
             .map_err(|source| RecordError::Mcap { path: path.to_owned(), source })?;
         let path = path.to_owned();
-        Ok(Self { path, file, writer, channels: BTreeMap::new(), pending: false })
+        Ok(Self { path, file, writer, channels: BTreeMap::new(), pending: false, tap })
     }
 
     fn fail(&self) -> impl FnOnce(mcap::McapError) -> RecordError + use<> {
@@ -89,13 +106,15 @@ impl Sink {
         payload: &[u8],
     ) -> Result<(), RecordError> {
         if !self.channels.contains_key(topic) {
+            let data = data();
             let schema_id =
-                self.writer.add_schema(schema, "protobuf", &data()).map_err(self.fail())?;
+                self.writer.add_schema(schema, "protobuf", &data).map_err(self.fail())?;
             let id = self
                 .writer
                 .add_channel(schema_id, topic, "protobuf", &BTreeMap::new())
                 .map_err(self.fail())?;
             self.channels.insert(topic.to_owned(), (id, 0));
+            self.tap.iter().for_each(|tap| tap.channel(topic, schema, &data));
         }
         let Some((channel_id, sequence)) = self.channels.get_mut(topic) else {
             return Ok(());
@@ -108,7 +127,9 @@ impl Sink {
         };
         *sequence = sequence.wrapping_add(1);
         self.pending = true;
-        self.writer.write_to_known_channel(&header, payload).map_err(self.fail())
+        self.writer.write_to_known_channel(&header, payload).map_err(self.fail())?;
+        self.tap.iter().for_each(|tap| tap.message(topic, stamp.log, payload));
+        Ok(())
     }
 
     pub(super) fn attach(

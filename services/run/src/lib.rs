@@ -28,7 +28,7 @@ use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_model::SolveOutcome as Solved;
 use cullet_plan::{Decision, Experience, SolveOrder, decide};
 use cullet_proto::{FractureJob, JobId};
-use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
+use cullet_record::{Event, Level, MessageTap, PoseRow, RecordError, Recorder, Summary, Touch};
 use cullet_scene::{Scene, SceneBody, rigid};
 use cullet_world::{BodyId, Hit, KeyframedPath, World};
 use job::DirectedHit;
@@ -51,6 +51,8 @@ pub struct RunOptions<'a> {
     pub out: &'a Path,
     /// Set by another thread: finish the recording and return.
     pub stop: &'a AtomicBool,
+    /// Gets each message of the recording as it is written; nothing of it decides.
+    pub tap: Option<&'a Arc<dyn MessageTap>>,
     /// The earlier run that this one takes up, and what it keeps for later ones.
     pub again: RunAgain<'a>,
 }
@@ -59,7 +61,7 @@ impl<'a> RunOptions<'a> {
     /// A run by itself.
     #[must_use]
     pub fn new(out: &'a Path, stop: &'a AtomicBool) -> Self {
-        Self { out, stop, again: RunAgain::default() }
+        Self { out, stop, tap: None, again: RunAgain::default() }
     }
 }
 
@@ -164,7 +166,11 @@ pub fn run(
 ) -> Result<Outcome, RunError> {
     let world = World::new(rigid::world_settings(scene))?;
     let trail = options.again.trail(scene)?;
-    let recorder = Recorder::create(&options.out.join("run.mcap"), &convert::meta(scene));
+    let recorder = Recorder::tapped(
+        &options.out.join("run.mcap"),
+        &convert::meta(scene),
+        options.tap.cloned(),
+    );
     let recorder = again::begin(recorder, trail)?;
     let mut run = SceneRun {
         scene,

@@ -34,6 +34,12 @@ impl TemplatePlacement {
     pub(super) fn pose(&self) -> Pose {
         Pose::from_parts((self.position - self.rotation * self.anchor).into(), self.rotation)
     }
+
+    /// The same body where its own frame is at a pose.
+    pub(super) fn put(&self, pose: &Pose) -> Self {
+        let position = pose.translation.vector + pose.rotation * self.anchor;
+        Self { rotation: pose.rotation, position, ..*self }
+    }
 }
 
 /// A body before it has a place.
@@ -76,6 +82,7 @@ impl ResolveContext<'_> {
         let shapes = self.shapes(body, path);
         self.motion(body, path);
         let driven = self.driven(body, path);
+        let animation = self.animation(body, path);
         let resolution = body.resolution.unwrap_or_default();
         if body.resolution.is_some()
             && resolution.spacing.is_some() == resolution.particles.is_some()
@@ -108,7 +115,8 @@ impl ResolveContext<'_> {
         if driven && shapes.len() > 1 {
             let count = shapes.len();
             let message = format!("only a body of one object is driven; its mesh file has {count}");
-            self.wrong(&join(path, "keyframes"), message);
+            let key = if body.animation.is_some() { "animation" } else { "keyframes" };
+            self.wrong(&join(path, key), message);
         }
         let anchors = anchors(body.anchor, &shapes);
         let mut templates = Vec::with_capacity(shapes.len());
@@ -117,8 +125,15 @@ impl ResolveContext<'_> {
             let at_rest = TemplatePlacement { rotation, position: body.position.into(), anchor };
             let keyframes = self.keyframes(body, at_rest, path);
             let told = self.errors.len() > before;
-            let drive = if told { None } else { self.path_of(body, &keyframes, path) };
-            let placement = keyframes.first().map_or(at_rest, |(_, placed)| *placed);
+            let drive = match &animation {
+                _ if told => None,
+                Some(animation) => self.animated(animation, at_rest, &geometry, path),
+                None => self.path_of(body, &keyframes, path),
+            };
+            let placement = match (&drive, &animation) {
+                (Some(drive), Some(_)) => at_rest.put(&drive.at(0.0)),
+                _ => keyframes.first().map_or(at_rest, |(_, placed)| *placed),
+            };
             templates.push(BodyTemplate {
                 object,
                 geometry,

@@ -3,6 +3,7 @@
 use super::format::Fidelity;
 use super::geometry::GeometryCache;
 use super::material::SceneMaterial;
+use super::motions::MotionCache;
 use cullet_document::error::{SceneError, nearest};
 use cullet_document::files::{FileError, Files};
 use cullet_document::tree::{Node, Path, Step, show};
@@ -17,6 +18,8 @@ pub struct ResolveContext<'a> {
     pub files: &'a mut Files,
     /// Solids made so far.
     pub geometries: GeometryCache,
+    /// Motions read so far.
+    pub(super) motions: MotionCache,
     /// Materials by name.
     pub(super) materials: BTreeMap<String, Arc<SceneMaterial>>,
     /// Names of materials that are wrong themselves: naming them is not a second error.
@@ -44,6 +47,7 @@ impl<'a> ResolveContext<'a> {
             root,
             files,
             geometries: GeometryCache::default(),
+            motions: MotionCache::default(),
             materials: BTreeMap::new(),
             spoiled_materials: BTreeSet::new(),
             objects: BTreeMap::new(),
@@ -115,6 +119,11 @@ impl ResolveContext<'_> {
             self.wrong(path, why.to_string());
             return false;
         }
+        self.has_file(key, path)
+    }
+
+    /// Whether a file is there; what is wrong is noted.
+    pub(super) fn has_file(&mut self, key: &str, path: &[Step]) -> bool {
         let Err(why) = self.files.get(key) else { return true };
         let from = match key.split_once('/') {
             Some((_, absolute)) if absolute.starts_with('/') => None,

@@ -22,21 +22,28 @@ const ROPE_ROUNDING: f64 = 1e-9;
 impl ResolveContext<'_> {
     /// Whether a body is driven; notes what a driven body must not say.
     pub(super) fn driven(&mut self, body: &Body, path: &Path) -> bool {
+        let curve = body.interpolation != KeyframeCurve::default();
         if body.keyframes.is_empty() {
             if self.root.has(&join(path, "keyframes")) && !self.is_bad(&join(path, "keyframes")) {
                 self.wrong(&join(path, "keyframes"), "needs at least one keyframe");
             }
-            let curve = body.interpolation != KeyframeCurve::default();
             if curve && self.lacks(path, &["keyframes"]) {
                 self.wrong(&join(path, "interpolation"), "is for a body with `keyframes`");
             }
-            return false;
+            if body.animation.is_none() {
+                return false;
+            }
+        } else if body.animation.is_some() {
+            let message = "a body takes `keyframes` or an `animation`, not both";
+            self.wrong(&join(path, "animation"), message);
         }
+        let way = if body.animation.is_some() { "animation says" } else { "keyframes say" };
+        let moves = format!("its {way} how it moves");
         let still = [0.0; 3];
         let said = [
-            ("velocity", body.velocity != still, "its keyframes say how it moves"),
-            ("spin", body.spin != still, "its keyframes say how it moves"),
-            ("fixed", body.fixed, "a body is fixed or driven by keyframes, not both"),
+            ("velocity", body.velocity != still, &moves[..]),
+            ("spin", body.spin != still, &moves),
+            ("fixed", body.fixed, "a body is fixed or driven, not both"),
             ("breakable", body.breakable == Some(true), "a driven body does not break"),
             ("dynamic", body.dynamic.is_some(), "a driven body is rigid"),
         ];

@@ -20,20 +20,20 @@ mod sheet;
 mod show;
 mod treatment;
 
-pub use body::{Anchor, Axis, Body, ObjectsChoice, RepairChoice, Resolution};
+pub use body::{Anchor, Body, ObjectsChoice, RepairChoice, Resolution};
 pub use bonds::{BondAxis, BondNumbers};
 pub use directed::{
-    FieldEntry, FieldForm, GlueEntry, JointEntry, JointForm, KeyframeCurve, PoseKeyframe,
-    ShapePart, WorldBounds,
+    BodyAnimation, FieldEntry, FieldForm, GlueEntry, JointEntry, JointForm, KeyframeCurve,
+    PoseKeyframe, ShapePart, WorldBounds,
 };
 pub use dynamic::{BodyPart, Dynamics, SoftGrip};
 pub use fidelity::Fidelity;
-pub use generator::{Grid, Scatter, Stack};
+pub use generator::{GivenPlace, Grid, Instances, Scatter, Stack};
 pub use hit::HitEntry;
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub(crate) use material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
 pub use plasticity::{HeatSoftening, Plasticity};
-pub use rotation::Rotation;
+pub use rotation::{Axis, Rotation};
 pub use shape::Shape;
 pub use sheet::{
     Air, Coupling, Diffusion, Diffusions, Grip, GripPlace, SheetBody, SheetInflow, SheetLaw,
@@ -78,6 +78,8 @@ pub struct Document {
     pub stack: Vec<Stack>,
     /// Equal bodies at random places in a box.
     pub scatter: Vec<Scatter>,
+    /// Many equal bodies at given places.
+    pub instances: Vec<Instances>,
     /// Thin sheets that move and tear for as long as the run lasts.
     pub sheet: Vec<SheetBody>,
     /// What holds two bodies together: at most 10000 joints.

@@ -303,7 +303,7 @@ fn full(count: usize) -> String {
 }
 
 /// The point turned so that `up` becomes z.
-fn upright(v: &Vec3, up: Axis) -> Vec3 {
+pub(super) fn upright(v: &Vec3, up: Axis) -> Vec3 {
     match up {
         Axis::X => Vec3::new(-v.z, v.y, v.x),
         Axis::Y => Vec3::new(v.x, -v.z, v.y),

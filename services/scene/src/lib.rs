@@ -6,6 +6,7 @@
 //! centroid, and its pose makes up for it.
 
 mod admission;
+mod animation;
 pub mod body;
 mod body_names;
 mod bonds;
@@ -23,10 +24,12 @@ mod limits;
 mod load;
 pub mod material;
 mod materials_json;
+mod motions;
 mod moving;
 mod names;
 mod overlap;
 pub mod parts;
+mod places;
 mod preflight;
 mod reference;
 pub mod resolve;

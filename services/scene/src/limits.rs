@@ -54,7 +54,7 @@ pub(super) fn check(context: &mut ResolveContext<'_>, document: &Document, bodie
         let message = format!("must be after `start`, {start} s; it is {end} s");
         context.wrong(&path(&["view", "end"]), message);
     }
-    let lists = ["body", "grid", "stack", "scatter", "sheet"];
+    let lists = ["body", "grid", "stack", "scatter", "instances", "sheet"];
     if lists.iter().all(|list| context.root.items(list).is_empty()) {
         context.wrong(&[], "the scene has no body and no sheet");
     }

@@ -9,11 +9,14 @@ use cullet_document::error::nearest;
 use cullet_document::tree::{Node, Path, join};
 use std::collections::BTreeSet;
 
+/// The lists whose items make many bodies.
+const GENERATORS: [&str; 4] = ["grid", "stack", "scatter", "instances"];
+
 impl Builder<'_> {
     /// Names are unique, not too long, and expectations name what is there.
     pub(super) fn names(&mut self) {
         let mut known: BTreeSet<String> = BTreeSet::new();
-        for list in ["body", "grid", "stack", "scatter", "sheet"] {
+        for list in ["body", "grid", "stack", "scatter", "instances", "sheet"] {
             for (index, node) in self.context.root.items(list).iter().enumerate() {
                 let path: Path = vec![list.into(), index.into(), "name".into()];
                 let Some(name) = node.get("name").and_then(Node::text) else {
@@ -44,7 +47,7 @@ impl Builder<'_> {
         let made: BTreeSet<&str> =
             bodies.iter().filter_map(|body| body.generator.as_deref()).collect();
         let name = |item: &Node| item.get("name").and_then(Node::text).map(str::to_owned);
-        let lists = ["grid", "stack", "scatter"].into_iter();
+        let lists = GENERATORS.into_iter();
         let generators = lists.flat_map(|list| self.context.root.items(list)).map(name);
         let there = |name: &Option<String>| name.as_ref().is_some_and(|it| made.contains(&it[..]));
         let single: Vec<Option<String>> =
@@ -89,7 +92,7 @@ impl Builder<'_> {
         let bodies = self.context.root.items("body").iter().enumerate();
         let single = bodies.map(|(index, node)| (vec!["body".into(), index.into()], node));
         let mut written: Vec<(Path, &Node)> = single.collect();
-        for list in ["grid", "stack", "scatter"] {
+        for list in GENERATORS {
             for (index, node) in self.context.root.items(list).iter().enumerate() {
                 let path: Path = vec![list.into(), index.into(), "body".into()];
                 written.extend(node.get("body").map(|node| (path, node)));

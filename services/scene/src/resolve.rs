@@ -3,7 +3,7 @@
 use super::body::{BodyTemplate, MAX_DISTANCE};
 use super::context::ResolveContext;
 use super::directions::SceneDirections;
-use super::format::{self, Body, Document, Dynamics, Grid, Scatter, SheetBody, Stack};
+use super::format::{self, Body, Document, Dynamics, Grid, Instances, Scatter, SheetBody, Stack};
 use super::generate::{self, Instance};
 use super::material::{self, SceneMaterial};
 use super::moving::SceneMovingBody;
@@ -190,6 +190,7 @@ impl Builder<'_> {
         self.grids();
         self.stacks();
         self.scatters();
+        self.instances();
     }
 
     fn sheets(&mut self) {
@@ -252,9 +253,11 @@ impl Builder<'_> {
         if body.dynamic.is_some() {
             self.context.wrong(&join(path, "dynamic"), "only a single `[[body]]` can be dynamic");
         }
-        if !body.keyframes.is_empty() {
-            let message = "only a single `[[body]]` can be driven by keyframes";
-            self.context.wrong(&join(path, "keyframes"), message);
+        let driven =
+            [("keyframes", !body.keyframes.is_empty()), ("animation", body.animation.is_some())];
+        for (key, _) in driven.into_iter().filter(|(_, written)| *written) {
+            let message = format!("only a single `[[body]]` can be driven by `{key}`");
+            self.context.wrong(&join(path, key), message);
         }
         self.templates(body, path).and_then(|mut templates| templates.pop())
     }
@@ -314,6 +317,33 @@ impl Builder<'_> {
                 let seed = self.document.world.seed;
                 let instances = self.context.scatter(&scatter, &path, &template, seed);
                 self.place(&template, instances, Some(&scatter.name), &path);
+            }
+        }
+    }
+
+    fn instances(&mut self) {
+        let root = self.context.root;
+        for (index, node) in root.items("instances").iter().enumerate() {
+            let path: Path = vec!["instances".into(), index.into()];
+            let Some(Taken { value, whole }) = self.context.take::<Instances>(node, &path) else {
+                continue;
+            };
+            let template = join(&path, "body");
+            self.context.template(&value.body, &template, true);
+            if value.body.position != [0.0; 3] {
+                let message = "bodies at given places have no position beside them";
+                self.context.wrong(&join(&template, "position"), message);
+            }
+            let places = self.context.given_places(&value, &path);
+            let template = self.template(&value.body, &template);
+            let (Some(places), Some(template), true) = (places, template, whole) else { continue };
+            let key = if value.file.is_some() { "file" } else { "places" };
+            if self.fits(places.places.len() as u64, &join(&path, key)) {
+                let before = self.context.errors.len();
+                let instances = self.context.placed(&value, &places, &template, &path);
+                if self.context.errors.len() == before {
+                    self.place(&template, instances, Some(&value.name), &path);
+                }
             }
         }
     }
@@ -398,9 +428,13 @@ impl Builder<'_> {
     }
 
     fn finish(mut self, directions: SceneDirections) -> Resolved {
-        for body in &self.bodies {
+        // Bodies of one generator are equal: the first speaks for all.
+        let mut before = None;
+        for (body, path) in self.bodies.iter().zip(&self.paths) {
             let own = body.generator.is_none() || body.mesh_object.is_some();
-            let first = own || body.name.ends_with("-0");
+            let of = Some((&body.generator, path));
+            let first = own || before != of;
+            before = of;
             for line in body.repairs.iter().filter(|_| first) {
                 self.context.warnings.push(format!("{}: {line}", body.name));
             }

@@ -78,7 +78,7 @@ pub struct Scene {
     pub fracture: format::Fracture,
     /// How true and how dear solves should be.
     pub fidelity: format::Fidelity,
-    /// The bodies, in the order of the file, then grids, stacks and scatters.
+    /// The bodies, in the order of the file, then grids, stacks, scatters and instances.
     pub bodies: Vec<SceneBody>,
     /// Bodies that move as they deform: dynamic bodies, then sheets, each in the order of the file.
     pub moving: Vec<SceneMovingBody>,

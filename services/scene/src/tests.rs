@@ -1,12 +1,14 @@
 //! The shipped scenes load; bad files give every error with its place; overrides and bundles hold.
 
 mod advice;
+pub(crate) mod animation;
 mod assembled;
 mod bonds;
 mod directed;
 mod draft;
 mod dynamic;
 mod objects;
+mod places;
 mod plasticity;
 mod sheets;
 mod treatment;

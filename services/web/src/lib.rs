@@ -19,9 +19,11 @@ mod stall;
 mod tests;
 mod tls;
 mod view;
+mod viewers;
 
 pub use feed::Feed;
 pub use pictures::Illustrator;
 pub use server::{TextAnswers, TextServer};
 pub use site::{WebConfig, WebError, WebIdentity, Website};
 pub use view::{FarmNews, FarmView, RunFigures, RunNews, RunView, WorkerView};
+pub use viewers::{StreamChannel, ViewerServer};

@@ -1,5 +1,6 @@
 //! Paths by keyframes: where a driven body is at which time.
 
+use crate::placed_motion::PlacedMotion;
 use cullet_geometry::{Pose, Quat, Vec3};
 use nalgebra::{Quaternion, Translation3};
 
@@ -20,6 +21,8 @@ pub enum PathInterpolation {
     /// Position and rotation are cubic (Hermite) with the velocities of Catmull and Rom at inner
     /// keyframes, and begin and end at rest: velocities are continuous at all times.
     Smooth,
+    /// As a motion says, of which the keyframes are samples; straight where there is none.
+    Motion,
 }
 
 /// Where a driven body is at which time. It stays at the first keyframe before, and at the last
@@ -28,6 +31,8 @@ pub enum PathInterpolation {
 pub struct KeyframedPath {
     keys: Vec<Keyframe>,
     interpolation: PathInterpolation,
+    /// What it does in place of going from one keyframe to the next.
+    motion: Option<PlacedMotion>,
     /// Velocity \[m/s\] and angular velocity in the body's frame \[rad/s\] at each keyframe, of a
     /// smooth path.
     rates: Vec<(Vec3, Vec3)>,
@@ -61,6 +66,18 @@ pub enum PathError {
         /// Greatest accepted.
         high: f64,
     },
+    /// A motion leads out of range.
+    #[error("at {time:.6e} s the {what} is {value:.6e}; it must be at most {high:.3e}")]
+    Motion {
+        /// When \[s\].
+        time: f64,
+        /// What about it.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Greatest accepted.
+        high: f64,
+    },
 }
 
 /// Farthest keyframe from the world's origin \[m\].
@@ -77,13 +94,34 @@ impl KeyframedPath {
     pub fn new(keys: Vec<Keyframe>, interpolation: PathInterpolation) -> Result<Self, PathError> {
         check(&keys)?;
         let rates = match interpolation {
-            PathInterpolation::Linear => Vec::new(),
+            PathInterpolation::Linear | PathInterpolation::Motion => Vec::new(),
             PathInterpolation::Smooth => rates(&keys),
         };
-        Ok(Self { keys, interpolation, rates })
+        Ok(Self { keys, interpolation, rates, motion: None })
     }
 
-    /// Its keyframes.
+    /// The path that a motion says: at every time, not only at keyframes.
+    ///
+    /// # Errors
+    /// A motion without a time; a place farther than 1e9 m, and a mean speed of more than 1e6 m/s,
+    /// at one of [`PlacedMotion::sample_times`].
+    pub fn of_motion(motion: PlacedMotion) -> Result<Self, PathError> {
+        let keys: Vec<Keyframe> = motion
+            .sample_times()
+            .into_iter()
+            .map(|time| Keyframe { time, pose: motion.at(time) })
+            .collect();
+        check(&keys).map_err(|error| match error {
+            PathError::Pose { index, what, value, high, .. } => {
+                PathError::Motion { time: keys[index].time, what, value, high }
+            }
+            other => other,
+        })?;
+        let (interpolation, rates) = (PathInterpolation::Motion, Vec::new());
+        Ok(Self { keys, interpolation, rates, motion: Some(motion) })
+    }
+
+    /// Its keyframes; of a motion where it is at [`PlacedMotion::sample_times`].
     #[must_use]
     pub fn keys(&self) -> &[Keyframe] {
         &self.keys
@@ -104,6 +142,9 @@ impl KeyframedPath {
     /// The pose at a time \[s\].
     #[must_use]
     pub fn at(&self, time: f64) -> Pose {
+        if let Some(motion) = &self.motion {
+            return motion.at(time);
+        }
         let after = self.keys.partition_point(|key| key.time <= time);
         let (Some(k), true) = (after.checked_sub(1), after < self.keys.len()) else {
             return self.keys[after.min(self.keys.len() - 1)].pose;
@@ -112,7 +153,7 @@ impl KeyframedPath {
         let span = to.time - from.time;
         let u = (time - from.time) / span;
         match self.interpolation {
-            PathInterpolation::Linear => {
+            PathInterpolation::Linear | PathInterpolation::Motion => {
                 let (a, b) = (from.pose.translation.vector, to.pose.translation.vector);
                 let turn = exponential(&(between(&from.pose, &to.pose) * u));
                 pose(&(a + (b - a) * u), from.pose.rotation * turn)

@@ -1,10 +1,11 @@
 //! What is run: scenes and sweeps, here or as a job of a render farm.
 
-use super::{CloseArgs, Command, Memory, SheetArgs, Voice, WebAddress, memory};
+use super::{CloseArgs, Command, Memory, SheetArgs, Voice, WebAddress, memory, own_address};
 use crate::exit::CommandError;
 use clap::Args;
 use cullet::RunAgain;
 use cullet_files::regular;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -79,6 +80,10 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true,
         default_missing_value = "127.0.0.1:8080", value_parser = WebAddress::parse)]
     pub(crate) live: Option<WebAddress>,
+    /// Serve the run to Foxglove and Lichtblick on this machine while it goes on
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true,
+        default_missing_value = "127.0.0.1:8765", value_parser = own_address)]
+    pub(crate) foxglove: Option<SocketAddr>,
     #[command(flatten)]
     pub(crate) voice: Voice,
 }
@@ -126,7 +131,7 @@ pub(crate) struct PartArgs {
     #[arg(long, value_name = "N", requires = "out")]
     pub(crate) only: Option<usize>,
     /// Of a sweep, run nothing: draw the sheet and write the table of the runs that are in --out
-    #[arg(long, requires = "out", conflicts_with_all = ["only", "replace", "live"])]
+    #[arg(long, requires = "out", conflicts_with_all = ["only", "replace", "live", "foxglove"])]
     pub(crate) gather: bool,
 }
 

@@ -36,9 +36,40 @@ impl WebAddress {
     }
 }
 
+/// Reads an address of this machine alone.
+pub(crate) fn own_address(text: &str) -> Result<SocketAddr, String> {
+    let place = text.strip_prefix("localhost:").map(|port| format!("127.0.0.1:{port}"));
+    let address: SocketAddr = place
+        .as_deref()
+        .unwrap_or(text)
+        .parse()
+        .map_err(|_| "it is an IP address with a port, such as 127.0.0.1:8765".to_owned())?;
+    if address.ip().to_canonical().is_loopback() {
+        return Ok(address);
+    }
+    let port = address.port();
+    Err(format!(
+        "other machines can reach this address, and the run would be for whoever asks: give one \
+         of this machine alone, such as 127.0.0.1:{port} (reached from another machine through \
+         ssh -L)"
+    ))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::WebAddress;
+    use super::{WebAddress, own_address};
+
+    #[test]
+    fn a_run_is_served_on_this_machine_alone() {
+        let read = |text: &str| own_address(text).map(|address| address.to_string());
+        assert_eq!(read("localhost:0"), Ok("127.0.0.1:0".to_owned()));
+        assert_eq!(read("[::1]:80"), Ok("[::1]:80".to_owned()));
+        for open in ["0.0.0.0:80", "[::]:80", "192.168.1.10:80"] {
+            let why = read(open).expect_err("it is refused");
+            assert!(why.contains("whoever asks") && why.contains("127.0.0.1:80"), "{why}");
+        }
+        assert!(read("tls/127.0.0.1:80").is_err() && read("8765").is_err());
+    }
 
     #[test]
     fn without_tls_a_page_is_for_this_machine_alone() {

@@ -1,8 +1,8 @@
 //! A body as it is written: what it is made of, where it stands and how it moves.
 
-use super::directed::{KeyframeCurve, PoseKeyframe, ShapePart};
+use super::directed::{BodyAnimation, KeyframeCurve, PoseKeyframe, ShapePart};
 use super::dynamic::Dynamics;
-use super::rotation::Rotation;
+use super::rotation::{Axis, Rotation};
 use super::{Paint, Shape, SolverChoice};
 use cullet_document::unit;
 use schemars::JsonSchema;
@@ -31,18 +31,6 @@ pub enum ObjectsChoice {
     /// Each is a body of its own, called by the names of this body and of the object with a hyphen
     /// between them. All stand in their places in the file, and other keys hold for each.
     Bodies,
-}
-
-/// One of the axes of a coordinate system.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Axis {
-    /// The x axis.
-    X,
-    /// The y axis.
-    Y,
-    /// The z axis.
-    Z,
 }
 
 /// A point of a body.
@@ -77,9 +65,9 @@ pub struct Resolution {
     pub particles: Option<u32>,
 }
 
-/// A body; or, inside a grid, stack or scatter, the template of its bodies. A body has one of
-/// `shape`, `parts` and `mesh`. Bodies must not overlap at the start, unless neither can move by
-/// itself: both are fixed or driven by keyframes.
+/// A body; or, inside a grid, stack, scatter or instances, the template of its bodies. A body has
+/// one of `shape`, `parts` and `mesh`. Bodies must not overlap at the start, unless neither can
+/// move by itself: both are fixed or driven.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Body {
@@ -161,10 +149,14 @@ pub struct Body {
     /// `spin`, `fixed` and `dynamic`. Its speed between keyframes is at most 10000 m/s.
     #[schemars(length(max = 4096), extend("x-default" = "it moves by its forces"))]
     pub keyframes: Vec<PoseKeyframe>,
-    /// How a driven body goes from one keyframe to the next.
+    /// An animation of a GLB file that drives the body, in place of `keyframes` and under their
+    /// conditions.
+    #[schemars(extend("x-default" = "it moves by its forces"))]
+    pub animation: Option<BodyAnimation>,
+    /// How a driven body goes from one of its `keyframes` to the next.
     pub interpolation: KeyframeCurve,
     /// Name of a group of bodies that the body is in, for `glue` and `field`: 1 to 80 bytes, and
-    /// not that of a body, grid, stack, scatter or sheet.
+    /// not that of a body, grid, stack, scatter, instances or sheet.
     #[schemars(extend("x-default" = "it is in no group"))]
     pub group: Option<String>,
     /// Whether the body can break.

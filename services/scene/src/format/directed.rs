@@ -1,6 +1,6 @@
 //! What directs a shot: keyframes of a body, joints, glue and fields, as they are written.
 
-use super::rotation::Rotation;
+use super::rotation::{Axis, Rotation};
 use cullet_document::unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,44 @@ pub enum KeyframeCurve {
     /// Along a smooth curve through the keyframes: its velocity does not jump, and it is at rest at
     /// the first and at the last.
     Smooth,
+}
+
+/// An animation of a GLB file that moves a node, and with it a driven body: at every time the body
+/// is where the file has it. The nodes that the node hangs on move it too. Keys are followed as the
+/// file says, linear (turns by slerp) or cubic (CUBICSPLINE); what jumps (STEP), is scaled by the
+/// animation or deformed by bones or shape keys is refused. A body whose `mesh` is the same file
+/// moves as its mesh does in the file; any other body has its anchor at the node and turns with it.
+/// The body's `position` and `rotation` place the whole in the world. The animations of all bodies
+/// have at most 10 million keys.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodyAnimation {
+    /// The GLB file (.glb); the path is relative to the scene file.
+    pub file: String,
+    /// Name of the animation in the file.
+    #[serde(default)]
+    #[schemars(extend("x-default" = "the only animation of the file"))]
+    pub name: Option<String>,
+    /// Name of the node in the file: an object, an empty or a bone.
+    pub node: String,
+    /// When the animation begins \[s\]: its time zero is then. Before its first key and after its
+    /// last one the body stands still.
+    #[serde(default)]
+    #[schemars(schema_with = "unit::time", extend("minimum" = -600, "maximum" = 600))]
+    pub start: f64,
+    /// The ways of the animation are scaled by this factor \[1\]. Not of a body whose `mesh` is the
+    /// same file: the scale of its mesh holds.
+    #[serde(default)]
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("exclusiveMinimum" = 0, "maximum" = 1e6, "x-default" = "1")
+    )]
+    pub scale: Option<f64>,
+    /// Axis of the file that points up. Not of a body whose `mesh` is the same file: the `up` of
+    /// its mesh holds.
+    #[serde(default)]
+    #[schemars(extend("x-default" = "`y`"))]
+    pub up: Option<Axis>,
 }
 
 /// One of the shapes that a body is made of. Its rotation is about its own origin.
@@ -135,8 +173,8 @@ pub struct JointEntry {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GlueEntry {
-    /// Names of bodies, of grids, stacks and scatters, or of groups. Fixed bodies may be among
-    /// them.
+    /// Names of bodies, of grids, stacks, scatters and instances, or of groups. Fixed bodies may
+    /// be among them.
     #[schemars(length(min = 1, max = 256))]
     pub bodies: Vec<String>,
     /// Greatest force that the glue between two bodies bears \[N\]. Not beside `tensile` and
@@ -205,8 +243,8 @@ pub enum FieldForm {
 pub struct FieldEntry {
     /// What the field does.
     pub kind: FieldForm,
-    /// Names of bodies, of grids, stacks and scatters, or of groups that feel it, with all their
-    /// fragments.
+    /// Names of bodies, of grids, stacks, scatters and instances, or of groups that feel it, with
+    /// all their fragments.
     #[serde(default)]
     #[schemars(length(max = 256), extend("x-default" = "all bodies feel it"))]
     pub bodies: Vec<String>,

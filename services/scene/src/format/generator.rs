@@ -1,6 +1,6 @@
-//! Many bodies from one template: grids, stacks and scatters.
+//! Many bodies from one template: grids, stacks, scatters and instances.
 
-use super::Body;
+use super::{Body, Rotation};
 use cullet_document::unit;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -80,4 +80,51 @@ pub struct Scatter {
     pub seed: Option<u64>,
     /// Template of the bodies; it has no `position`.
     pub body: Body,
+}
+
+/// Equal bodies at places that are given one by one, named `name-i` from 0 on or by the names of
+/// the places. Either `places` or `file`. All lie within 100000 m of the world's origin.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Instances {
+    /// First part of the names of its bodies: 1 to 80 bytes, without a slash, and unique in the
+    /// scene.
+    pub name: String,
+    /// The places: at most 100000. The scene has at most `world.max_bodies` bodies.
+    #[serde(default)]
+    #[schemars(
+        length(max = 100_000),
+        extend("x-default" = "required without `file`")
+    )]
+    pub places: Vec<GivenPlace>,
+    /// Table of the places (.csv): a line for each, at most 100000, below a head that names the
+    /// columns. The path is relative to the scene file. Columns are `x`, `y` and `z` in metres;
+    /// `qw`, `qx`, `qy` and `qz` for a quaternion, or `rx`, `ry` and `rz` for angles in degrees as
+    /// in `euler_degrees`; and `name`. Bodies of rows without a name are numbered as rows are, from
+    /// 0 on. Lines of remarks begin with `#` and stand above the head alone; empty lines are passed
+    /// over.
+    #[serde(default)]
+    #[schemars(extend("x-default" = "required without `places`"))]
+    pub file: Option<String>,
+    /// Template of the bodies; it has no `position`, and its `rotation` comes before that of a
+    /// place.
+    pub body: Body,
+}
+
+/// A place of a body.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GivenPlace {
+    /// Where the anchor of the body is \[m\].
+    #[schemars(schema_with = "unit::length3")]
+    pub position: [f64; 3],
+    /// Rotation of the body about its anchor.
+    #[serde(default)]
+    #[schemars(extend("x-default" = "that of the template"))]
+    pub rotation: Rotation,
+    /// Second part of the body's name, in place of its number: without a slash, and unique in the
+    /// list. Both parts and the hyphen have at most 80 bytes.
+    #[serde(default)]
+    #[schemars(extend("x-default" = "its number"))]
+    pub name: Option<String>,
 }

@@ -21,3 +21,15 @@ pub struct Rotation {
     #[schemars(extend("x-default" = "none"))]
     pub quaternion: Option<[f64; 4]>,
 }
+
+/// One of the axes of a coordinate system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// The x axis.
+    X,
+    /// The y axis.
+    Y,
+    /// The z axis.
+    Z,
+}

@@ -156,7 +156,7 @@ pub struct SheetInflow {
     pub patch: Option<SheetPatch>,
     /// Name of a rigid body that it comes from, such as a hot iron: where and while that body, or a
     /// fragment of it, touches the sheet, the quantity passes through `film`. The body keeps
-    /// `towards`, whatever it gives. Of a grid, stack or scatter one body is named: `bricks-0`.
+    /// `towards`, whatever it gives. Of a grid and its like one body is named: `bricks-0`.
     #[serde(default)]
     #[schemars(extend("x-default" = "none"))]
     pub body: Option<String>,

@@ -52,14 +52,14 @@ pub struct Expect {
     /// Number of fracture jobs that failed \[1\].
     #[schemars(extend("x-default" = "not checked"))]
     pub failed: Option<Bounds>,
-    /// Names of bodies that must break. The name of a grid, stack or scatter means at least one of
-    /// its bodies.
+    /// Names of bodies that must break. The name of a grid, stack, scatter or instances means at
+    /// least one of its bodies.
     pub broken: Vec<String>,
-    /// Names of bodies that must stay whole. The name of a grid, stack or scatter means all of its
-    /// bodies.
+    /// Names of bodies that must stay whole. The name of a grid, stack, scatter or instances means
+    /// all of its bodies.
     pub unbroken: Vec<String>,
-    /// Least number of fragments of a body, or of all bodies of a grid, stack or scatter, by its
-    /// name \[1\].
+    /// Least number of fragments of a body, or of all bodies of a grid, stack, scatter or
+    /// instances, by its name \[1\].
     pub min_fragments_of: BTreeMap<String, u64>,
     /// Greatest accepted relative error of the mass of fragments \[1\].
     #[schemars(

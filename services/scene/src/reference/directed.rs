@@ -12,6 +12,14 @@ keyframes = [
 ]
 "#;
 
+pub(super) const ANIMATION: &str = r#"[[body]]
+name = "arm"
+shape = { kind = "box", size = ["1 m", "20 cm", "20 cm"] }
+position = [0, 0, 3]
+material = "steel"
+animation = { file = "arm.glb", name = "Swing", node = "arm", start = "0.2 s" }
+"#;
+
 pub(super) const PART: &str = r#"[[body]]
 name = "mug"
 material = "stoneware"

@@ -1,7 +1,7 @@
 //! The tables of a scene file: their headings on the page, their keys in order, and an example of
 //! each.
 
-use super::directed::{FIELD, GLUE, HIT, JOINT, KEYFRAME, PART, WORLD_BOUNDS};
+use super::directed::{ANIMATION, FIELD, GLUE, HIT, JOINT, KEYFRAME, PART, WORLD_BOUNDS};
 use super::dynamic::{BODY_PART, DYNAMICS, SOFT_GRIP};
 use super::keys::keys_of;
 use super::sheets::{
@@ -9,11 +9,12 @@ use super::sheets::{
     SHEET_PATH,
 };
 use crate::format::{
-    Air, Body, BodyPart, BondAxis, BondNumbers, Bounds, Diffusion, Document, Dynamics, Expect,
-    Fidelity, FieldEntry, Fracture, GlueEntry, Grid, Grip, GripPlace, HeatSoftening, HitEntry,
-    InterlayerFilm, JointEntry, Layers, Material, Paint, Plasticity, PoseKeyframe,
-    RecordingSettings, Resolution, Rotation, Scatter, Shape, ShapePart, ShareBounds, SheetBody,
-    SheetInflow, SheetPatch, SoftGrip, Stack, Tiers, View, WavePace, WeakPlane, World, WorldBounds,
+    Air, Body, BodyAnimation, BodyPart, BondAxis, BondNumbers, Bounds, Diffusion, Document,
+    Dynamics, Expect, Fidelity, FieldEntry, Fracture, GivenPlace, GlueEntry, Grid, Grip, GripPlace,
+    HeatSoftening, HitEntry, Instances, InterlayerFilm, JointEntry, Layers, Material, Paint,
+    Plasticity, PoseKeyframe, RecordingSettings, Resolution, Rotation, Scatter, Shape, ShapePart,
+    ShareBounds, SheetBody, SheetInflow, SheetPatch, SoftGrip, Stack, Tiers, View, WavePace,
+    WeakPlane, World, WorldBounds,
 };
 use crate::surface_detail::Detail;
 
@@ -75,6 +76,7 @@ pub(super) const TABLES: &[Table] = tables! {
     Shape, "`shape` of a body", SHAPES;
     ShapePart, "`parts` of a body", &[("", PART)];
     PoseKeyframe, "`keyframes` of a body", &[("", KEYFRAME)];
+    BodyAnimation, "`animation` of a body", &[("", ANIMATION)];
     Rotation, "`rotation` of a body", &[("", ROTATION)];
     Resolution, "`resolution` of a body", &[("", RESOLUTION)];
     Paint, "`paint` of a body", PAINTS;
@@ -84,6 +86,8 @@ pub(super) const TABLES: &[Table] = tables! {
     Grid, "`[[grid]]`", &[("", GRID)];
     Stack, "`[[stack]]`", &[("", STACK)];
     Scatter, "`[[scatter]]`", &[("", SCATTER)];
+    Instances, "`[[instances]]`", &[("", INSTANCES)];
+    GivenPlace, "`places` of instances", &[("", PLACE)];
     JointEntry, "`[[joint]]`", &[("", JOINT)];
     GlueEntry, "`[[glue]]`", &[("", GLUE)];
     FieldEntry, "`[[field]]`", &[("", FIELD)];
@@ -370,6 +374,30 @@ twist_degrees = 10
 shape = { kind = "box", size = ["20 cm", "10 cm", "20 mm"] }
 position = [0, 0, "11 mm"]
 material = "stoneware"
+"#;
+
+const INSTANCES: &str = r#"[[instances]]
+name = "brick"
+file = "places.csv"
+
+[instances.body]
+shape = { kind = "box", size = ["20 cm", "10 cm", "6 cm"] }
+material = "concrete"
+anchor = "base"
+"#;
+
+const PLACE: &str = r#"[[instances]]
+name = "post"
+places = [
+    { position = [-2, 0, 0.1] },
+    { position = [2, 0, 0.1], rotation = { axis = [0, 0, 1], degrees = 45 } },
+    { position = [0, 3, 0.1], name = "far" },
+]
+
+[instances.body]
+shape = { kind = "box", size = ["10 cm", "10 cm", 1] }
+material = "granite"
+anchor = "base"
 "#;
 
 const SCATTER: &str = r#"[[scatter]]

@@ -5,7 +5,8 @@ use super::facts::{Key, anchor, bracket, plain, pretty, target};
 use super::reference;
 use super::tables::{TABLES, Table, table};
 use crate::schema::schema_json;
-use crate::{body, direction, geometry, limits, load_bundle, material, resolve, strength};
+use crate::tests::animation::animated_glb::{GlbChannel, animated_glb};
+use crate::{body, direction, geometry, limits, load_bundle, material, places, resolve, strength};
 use cullet_document::check::tell;
 use cullet_document::document::MAX_INCLUDE_DEPTH;
 use cullet_document::files::{Bundle, SceneFile};
@@ -133,13 +134,15 @@ fn every_type_kind_and_word_has_a_meaning() {
 fn what_the_loader_bounds_is_described() {
     let (weakest, strongest) = strength::FACTORS;
     let (least, most) = material::STRENGTH_OVER_YOUNG;
-    let described: [(&str, &str, f64); 18] = [
+    let described: [(&str, &str, f64); 20] = [
         ("World", "gravity", limits::MAX_GRAVITY),
         ("World", "step", limits::MAX_STEPS),
         ("Document", "include", MAX_INCLUDE_DEPTH as f64),
         ("Body", "position", body::MAX_DISTANCE),
         ("Grid", "", body::MAX_DISTANCE),
         ("Stack", "", body::MAX_DISTANCE),
+        ("Instances", "", body::MAX_DISTANCE),
+        ("Instances", "file", places::MOST_PLACES as f64),
         ("Body", "velocity", body::MAX_SPEED),
         ("Body", "spin", body::MAX_SPIN),
         ("Body", "name", resolve::MAX_NAME as f64),
@@ -197,6 +200,14 @@ fixed = true
 
 const FIGURE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
+/// An arm that swings.
+fn arm() -> Vec<u8> {
+    let (times, values) = (vec![0.0, 1.0], vec![0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
+    let (path, curve) = ("rotation", "LINEAR");
+    let channel = GlbChannel { animation: 0, node: 0, path, curve, times, values };
+    animated_glb(&[r#""name":"arm""#], ([0.0; 3], [1.0; 3]), &["Swing"], &[channel], "")
+}
+
 /// A scene around an example of a table: a floor, a vase, and a body for lines of one.
 fn around(table: &Table, kind: &str, example: &str) -> String {
     let lines = match (kind, table.name) {
@@ -226,6 +237,8 @@ fn every_example_loads() {
                     file("scene.toml", &text),
                     file("floor.toml", GROUND),
                     file("figure.obj", FIGURE),
+                    SceneFile { key: "scene/arm.glb".to_owned(), bytes: Arc::new(arm()) },
+                    file("places.csv", "x,y,z\n-3,3,0.1\n3,3,0.1\n"),
                     file("factors.txt", "1\n0.5\n0.5\n2\n"),
                 ],
             };
