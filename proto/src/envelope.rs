@@ -52,6 +52,8 @@ pub enum MessageKind {
     WindowJob = 16,
     /// What came of a window, with its slabs.
     WindowResult = 17,
+    /// How a body is to come apart, around the job of any kind that breaks it.
+    DirectedJob = 18,
 }
 
 /// A message: header and bulk in an envelope.

@@ -4,17 +4,22 @@
 //! problem is its name, in recordings too. Another kind of body or law gets a kind of message of
 //! its own.
 
+mod directed;
+
 use crate::codec::{self, WireError};
 use crate::envelope::{self, MessageKind};
 use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use crate::strength;
 use cullet_model::{
-    BodyShape, BondedSolid, BrittleSettings, CrackFaceDetail, Hardening, Impact, JohnsonCook, Law,
-    Material, PointPrecision, Problem, Settings, StrengthField, Support, Treatment,
+    ArtDirection, BodyShape, BondedSolid, BrittleSettings, CrackFaceDetail, Hardening, Impact,
+    JohnsonCook, Law, Material, PointPrecision, Problem, Settings, StrengthField, Support,
+    Treatment,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
+
+pub use directed::{MAX_GUIDES, MAX_PIECES, MAX_WHOLE};
 
 /// Most hits in one job: they travel in the header.
 pub const MAX_IMPACTS: usize = 256;
@@ -32,6 +37,8 @@ pub struct FractureJob {
     pub fallback: Option<String>,
     /// What is to be solved.
     pub problem: Problem,
+    /// How the scene wants the body to come apart, if it says so.
+    pub direction: Option<ArtDirection>,
 }
 
 /// [`Settings`] in the order in which they travel.
@@ -186,8 +193,17 @@ impl FractureJob {
         Ok(self.slabs()?.0)
     }
 
-    /// The canonical bytes, and where in them the mesh and what is painted on one are.
+    /// The canonical bytes, and where in them the mesh and what is painted on one are. A job
+    /// without direction has the bytes that it had before there was direction.
     pub(crate) fn slabs(&self) -> Result<(Vec<u8>, [Range<usize>; 2]), WireError> {
+        let (inner, slabs) = self.undirected()?;
+        match &self.direction {
+            None => Ok((inner, slabs)),
+            Some(direction) => directed::wrap(direction, &inner, slabs),
+        }
+    }
+
+    fn undirected(&self) -> Result<(Vec<u8>, [Range<usize>; 2]), WireError> {
         let Problem { body, law, impacts, supports, spin, settings, seed } = &self.problem;
         let BodyShape::Solid(solid) = body else {
             return Err(WireError::Unknown { what: "a job's body", kind: body.kind() });
@@ -257,6 +273,7 @@ impl FractureJob {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
+        let (direction, bytes) = directed::unwrap(bytes)?;
         let (mut header, addition, slabs) = opened(bytes)?;
         header.check()?;
         let mut slabs = Slabs::new(slabs);
@@ -272,7 +289,7 @@ impl FractureJob {
             settings: header.settings.settings(),
             seed: header.seed,
         };
-        Ok(Self { solver: header.solver, fallback: header.fallback, problem })
+        Ok(Self { solver: header.solver, fallback: header.fallback, problem, direction })
     }
 
     /// The digest of [`FractureJob::encode`].

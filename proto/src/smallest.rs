@@ -48,7 +48,7 @@ impl FractureJob {
             settings,
             seed,
         };
-        Self { solver: solver.into(), fallback: None, problem }
+        Self { solver: solver.into(), fallback: None, problem, direction: None }
     }
 }
 

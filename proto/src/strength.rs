@@ -36,6 +36,10 @@ pub(crate) fn check(
             Region::Sphere { centre, radius } => {
                 numbers.extend(centre.iter().chain([&radius]));
             }
+            Region::Groove { from, to, inward, half_width } => {
+                let places = [from, to, inward];
+                numbers.extend(places.iter().flat_map(|place| place.iter()).chain([&half_width]));
+            }
             Region::Cylinder { from, to, radius } => {
                 numbers.extend(from.iter().chain(to.iter()).chain([&radius]));
             }

@@ -8,8 +8,8 @@ use crate::window;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BodyShape, Deformation, Figure, Fragment, Fragmentation, Grain, Report, SolveOutcome,
-    WindowOutcome,
+    BodyShape, Deformation, Figure, Fragment, FragmentOrigin, Fragmentation, Grain, Report,
+    SolveOutcome, WindowOutcome,
 };
 use serde::{Deserialize, Serialize};
 
@@ -189,8 +189,9 @@ impl Verdict {
             VerdictHeader::Old { counts, reactions, report } => {
                 let mut fracture = decode_parts(counts, reactions, report.report(), slabs)?;
                 // All that the geometric family made was sampled, before there were marks.
-                if fracture.sampled.is_empty() && fracture.report.solver == "geometric" {
-                    fracture.sampled = vec![!fracture.is_intact(); fracture.fragments.len()];
+                if fracture.origins.is_empty() && fracture.report.solver == "geometric" {
+                    let origin = FragmentOrigin::of_sampled(!fracture.is_intact());
+                    fracture.origins = vec![origin; fracture.fragments.len()];
                 }
                 Ok(fracture.into())
             }
@@ -265,12 +266,12 @@ fn encode_parts(body: &Fragmentation) -> Result<Vec<u8>, WireError> {
         slabs.extend_from_slice(&grain.volume.to_le_bytes());
         slabs.extend_from_slice(&grain.size.to_le_bytes());
     }
-    if !body.sampled.is_empty() {
-        let (what, have, need) = ("a body's marks", body.sampled.len(), count);
+    if !body.origins.is_empty() {
+        let (what, have, need) = ("a body's marks", body.origins.len(), count);
         if have != need {
             return Err(WireError::Short { what, have, need });
         }
-        slabs.extend(body.sampled.iter().map(|&sampled| u8::from(sampled)));
+        slabs.extend(body.origins.iter().map(|&origin| origin as u8));
     }
     envelope::seal(MessageKind::Verdict, &head, &slabs)
 }
@@ -309,12 +310,12 @@ fn decode_parts(
     let bytes = slabs.take("a body's grains", grains as usize, GRAIN)?;
     let debris = bytes.as_chunks::<GRAIN>().0.iter().map(grain);
     let debris = debris.collect::<Result<_, _>>()?;
-    let sampled = match slabs.is_empty() {
+    let origins = match slabs.is_empty() {
         true => Vec::new(),
-        false => marks(slabs.take("a body's marks", fragments.len(), 1)?)?,
+        false => origins_of(slabs.take("a body's marks", fragments.len(), 1)?)?,
     };
     slabs.end("a verdict")?;
-    Ok(Fragmentation { fragments, sampled, debris, reactions, report })
+    Ok(Fragmentation { fragments, origins, debris, reactions, report })
 }
 
 fn encode_deformed(deformation: &Deformation) -> Result<Vec<u8>, WireError> {
@@ -372,11 +373,16 @@ impl DeformedHeader {
     }
 }
 
-/// Bytes of which each says yes or no.
-fn marks(bytes: &[u8]) -> Result<Vec<bool>, WireError> {
+/// Bytes of which each says where a fragment comes from; 2 came with direction.
+fn origins_of(bytes: &[u8]) -> Result<Vec<FragmentOrigin>, WireError> {
     let most = bytes.iter().copied().max().unwrap_or(0);
-    codec::limit("a mark of a fragment", u64::from(most), 1)?;
-    Ok(bytes.iter().map(|&mark| mark == 1).collect())
+    codec::limit("a mark of a fragment", u64::from(most), 2)?;
+    let origin = |mark: &u8| match mark {
+        0 => FragmentOrigin::Solved,
+        1 => FragmentOrigin::Sampled,
+        _ => FragmentOrigin::Directed,
+    };
+    Ok(bytes.iter().map(origin).collect())
 }
 
 fn grain(row: &[u8; GRAIN]) -> Result<Grain, WireError> {

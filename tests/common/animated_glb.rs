@@ -86,7 +86,7 @@ pub(crate) fn animated_glb(
 
 /// The file of two chunks.
 pub(crate) fn packed(mut json: String, blob: Vec<u8>) -> Vec<u8> {
-    while json.len() % 4 != 0 {
+    while !json.len().is_multiple_of(4) {
         json.push(' ');
     }
     let mut bytes = b"glTF".to_vec();

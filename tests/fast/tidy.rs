@@ -51,6 +51,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "dispatch",
             "fracture",
+            "fragment",
             "geometric",
             "geometry",
             "membrane",

@@ -122,6 +122,9 @@ class Run:
         told = set(sampled.fragments)
         self.want(told <= set(self.bodies), "a fragment that was sampled and never born")
         self.want(len(told) == len(sampled.fragments), "a fragment is told as sampled twice")
+        directed = set(sampled.directed)
+        self.want(directed <= set(self.bodies), "a fragment that was directed and never born")
+        self.want(not directed & told, "a fragment is told as sampled and as directed")
 
     def on_appearance(self, look):
         self.want(set(look.bodies) <= set(self.bodies), "the appearance of a body never born")

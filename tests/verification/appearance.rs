@@ -140,7 +140,8 @@ fn broken(file: &str, bytes: &[u8], family: &str) -> Recording {
     let text = SCENE.replace("FILE", file).replace("PLACE", &list(place));
     std::fs::write(out.join("scene.toml"), text.replace("WAY", &list(way))).expect("writes");
     let scene = Scene::load(&out, &[format!("fracture.solver={family}")]).expect("a scene");
-    let options = RunOptions::new(&out.join("run"), &AtomicBool::new(false));
+    let (folder, stop) = (out.join("run"), AtomicBool::new(false));
+    let options = RunOptions::new(&folder, &stop);
     let outcome = cullet::run(&scene, &LocalWorkers::default(), &options, &mut |_| {});
     let recording = Recording::open(&outcome.expect("runs").recording).expect("opens");
     std::fs::remove_dir_all(&out).ok();

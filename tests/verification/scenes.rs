@@ -3,6 +3,7 @@
 mod directed;
 mod drafts;
 mod moving;
+mod taste;
 
 use crate::common;
 

@@ -3,7 +3,9 @@
 use super::*;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
 use cullet_model::strength::{Region, StrengthLayers, Stroke, VertexPaint};
-use cullet_model::{BondGrain, DuctileFailure, Interlayer, PatternWeakPlane, ThermalSoftening};
+use cullet_model::{
+    BodyRegion, BondGrain, DuctileFailure, Interlayer, PatternWeakPlane, ThermalSoftening,
+};
 use std::sync::Arc;
 
 pub(crate) fn tetrahedron() -> Solid {
@@ -89,7 +91,8 @@ pub(crate) fn sample() -> FractureJob {
         },
         seed: 7,
     };
-    FractureJob { solver: "brittle".into(), fallback: Some("geometric".into()), problem }
+    let fallback = Some("geometric".into());
+    FractureJob { solver: "brittle".into(), fallback, problem, direction: None }
 }
 
 fn solid(job: &mut FractureJob) -> &mut Solid {
@@ -113,6 +116,42 @@ fn a_job_comes_back_and_its_id_is_fixed() -> Result<(), WireError> {
     assert_eq!(FractureJob::decode(&bytes)?, job);
     assert_eq!(job.id()?, JobId::of(&bytes));
     assert_eq!(job.id()?.short(), "a52793ca");
+    Ok(())
+}
+
+#[test]
+fn a_directed_job_comes_back_and_one_that_is_not_keeps_its_bytes() -> Result<(), WireError> {
+    let plain = sample();
+    let region = BodyRegion::Ball { centre: Vec3::x(), radius: 0.1 };
+    let direction = |pieces| ArtDirection {
+        pieces: Some(pieces),
+        guides: vec![Vec3::x(), Vec3::new(0.1, -0.2, 0.3)],
+        whole: vec![region, BodyRegion::Box { low: -Vec3::x(), high: Vec3::z() }],
+    };
+    let job = FractureJob { direction: Some(direction(24)), ..plain.clone() };
+    let bytes = job.encode()?;
+    assert_eq!(FractureJob::decode(&bytes)?, job);
+    assert_eq!(job.id()?.short(), "dc1ac4d7");
+    assert!(bytes.ends_with(&plain.encode()?), "the job itself travels as it is");
+    let (_, slabs) = job.slabs()?;
+    let (own, places) = plain.slabs()?;
+    for (slab, place) in slabs.into_iter().zip(places) {
+        assert_eq!(bytes[slab], own[place], "the mesh is found where it is");
+    }
+    for end in 0..bytes.len() {
+        assert!(FractureJob::decode(&bytes[..end]).is_err(), "{end} of {}", bytes.len());
+    }
+    let wrong = |direction| FractureJob { direction: Some(direction), ..plain.clone() }.encode();
+    assert!(matches!(wrong(direction(MAX_PIECES + 1)), Err(WireError::Limit { .. })));
+    let nowhere = ArtDirection { guides: vec![Vec3::repeat(f64::NAN)], ..direction(9) };
+    assert_eq!(wrong(nowhere), Err(WireError::NotFinite { what: "a job's guide points" }));
+    let radius = BodyRegion::Ball { centre: Vec3::x(), radius: f64::INFINITY };
+    let endless = ArtDirection { whole: vec![radius], ..direction(9) };
+    assert_eq!(wrong(endless), Err(WireError::NotFinite { what: "a job's whole regions" }));
+    let many = ArtDirection { guides: vec![Vec3::x(); MAX_GUIDES + 1], ..direction(9) };
+    assert!(matches!(wrong(many), Err(WireError::Limit { .. })));
+    let twice = envelope::seal(MessageKind::DirectedJob, &direction(9), &bytes)?;
+    assert!(matches!(FractureJob::decode(&twice), Err(WireError::Kind { .. })));
     Ok(())
 }
 

@@ -308,7 +308,8 @@ message! {
 }
 
 message! {
-    /// Which fragments of a fracture were sampled, that is drawn from a law, and not solved.
+    /// Which fragments of a fracture were sampled, that is drawn from a law, or directed, that is
+    /// divided or joined because the scene asked for it, and not solved.
     /// Decides nothing and is left out of the digest.
     Sampled {
         /// Steps taken.
@@ -317,7 +318,8 @@ message! {
         "2" [double] time: f64,
         /// The body that broke.
         "3" [uint64] body: u64,
-        /// Its fragments that were sampled; the others were solved.
+        /// Its fragments that were sampled; those that were neither sampled nor directed were
+        /// solved.
         "4" [uint64, repeated] fragments: Vec<u64>,
         /// Digest of the problem that was solved.
         "5" [bytes = "vec"] job: Vec<u8>,
@@ -329,6 +331,12 @@ message! {
         "8" [double] solved_crack_area: f64,
         /// Crack area of those that were sampled, likewise \[m²\].
         "9" [double] sampled_crack_area: f64,
+        /// Its fragments that were directed.
+        "10" [uint64, repeated] directed: Vec<u64>,
+        /// Volume of those that were directed \[m³\].
+        "11" [double] directed_volume: f64,
+        /// Crack area of those that were directed, likewise \[m²\].
+        "12" [double] directed_crack_area: f64,
     }
 }
 

@@ -73,7 +73,7 @@ impl From<&Solid> for Geometry {
 
 /// What tells interior vertices apart: vertex, chart, bits of time and speed. A chart has one
 /// parent.
-type Interior = (u32, u32, u32, u32);
+type InteriorKey = (u32, u32, u32, u32);
 
 impl Geometry {
     /// The columns of a solid. `material`: the number of the material that a `parent` was of.
@@ -90,7 +90,7 @@ impl Geometry {
         let (chart, charts) = charts(solid);
         let faces = solid.mesh.triangles.iter().zip(&solid.surface);
         let cracks = faces.filter(|(_, surface)| surface.is_crack());
-        let mut known: BTreeMap<Interior, u32> = BTreeMap::new();
+        let mut known: BTreeMap<InteriorKey, u32> = BTreeMap::new();
         for ((corners, surface), &chart) in cracks.zip(&chart) {
             let Surface::Crack { damage_time, front_speed, parent } = *surface else { continue };
             for ((&vertex, time), speed) in corners.iter().zip(damage_time).zip(front_speed) {

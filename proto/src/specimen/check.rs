@@ -53,6 +53,10 @@ fn region(region: &Region) -> Result<(), WireError> {
             vector(what, point)?;
             direction(what, normal.as_slice())
         }
+        Region::Groove { from, to, inward, half_width } => {
+            [from, to, inward].into_iter().try_for_each(|place| vector(what, place))?;
+            codec::finite(what, &[*half_width])
+        }
         Region::Cylinder { from, to, radius } => {
             vector(what, from)?;
             vector(what, to)?;

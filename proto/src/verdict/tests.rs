@@ -29,8 +29,8 @@ fn sample() -> Verdict {
     let grain = Grain { position: Vec3::x(), velocity: Vec3::y(), volume: 1e-9, size: 1e-3 };
     let debris = vec![grain, Grain { size: 2e-3, ..grain }];
     let reactions = vec![0.5, 0.0];
-    let sampled = vec![true, false, true];
-    Fragmentation { fragments, sampled, debris, reactions, report }.into()
+    let origins = vec![FragmentOrigin::Sampled, FragmentOrigin::Solved, FragmentOrigin::Directed];
+    Fragmentation { fragments, origins, debris, reactions, report }.into()
 }
 
 #[test]
@@ -94,12 +94,12 @@ fn verdicts_of_version_0_1_are_read() -> Result<(), WireError> {
     let marked = read(old(&now, "geometric")?)?;
     assert_eq!((&marked.fragments, &marked.debris), (&now.fragments, &now.debris));
     assert_eq!(marked.report.detail(STRENGTH_RATIO), Some(0.5));
-    assert_eq!(marked.sampled, [true, false, true]);
-    now.sampled.clear();
+    assert_eq!(marked.origins, now.origins);
+    now.origins.clear();
     let drawn = read(old(&now, "geometric")?)?;
-    assert_eq!(drawn.sampled, [true; 3], "the geometric family sampled all");
-    assert!(read(old(&now, "brittle")?)?.sampled.is_empty(), "that is not known");
-    now.sampled = vec![true];
+    assert_eq!(drawn.origins, [FragmentOrigin::Sampled; 3], "the geometric family sampled all");
+    assert!(read(old(&now, "brittle")?)?.origins.is_empty(), "that is not known");
+    now.origins = vec![FragmentOrigin::Sampled];
     assert!(encode_parts(&now).is_err(), "a mark for each or none");
     Ok(())
 }

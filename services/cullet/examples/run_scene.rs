@@ -18,7 +18,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     eprintln!("{}: {} bodies, {} steps", scene.name, scene.bodies.len(), scene.steps());
 
     let out = PathBuf::from(out);
-    let options = RunOptions::new(&out, &AtomicBool::new(false));
+    let stop = AtomicBool::new(false);
+    let options = RunOptions::new(&out, &stop);
     let mut fractures = 0;
     let outcome = run(&scene, &LocalWorkers::default(), &options, &mut |news| match news {
         News::At(position) if position.fractures > fractures => {

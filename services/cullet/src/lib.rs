@@ -34,7 +34,8 @@
 //!     ];
 //!     let scene = Scene::load(scene, &set)?;
 //!     let out = runs.join(speed.to_string());
-//!     let options = RunOptions::new(&out, &AtomicBool::new(false));
+//!     let stop = AtomicBool::new(false);
+//!     let options = RunOptions::new(&out, &stop);
 //!     let outcome = pool.run(&scene, &options, &mut |_| {})?;
 //!     counts.push(outcome.summary.fragments);
 //! }

@@ -16,7 +16,7 @@ use crate::run::{checked_framing, draw, exit_of, read_scene, start_pool, trouble
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
 use crate::viewers::LiveViewers;
-use cullet::{News, RunOptions, Scene, Summary};
+use cullet::{News, RunError, RunOptions, Scene, Summary};
 use cullet_coordinator::sweep::{Sweep, is_sweep};
 use cullet_files::output::write_file;
 use cullet_files::regular;
@@ -191,13 +191,7 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
                 let drawn = args.no_pictures || draw(&outcome.recording, &out, &framing).is_ok();
                 exit_of(outcome, drawn)
             }
-            Err(error) => {
-                let trouble = trouble(error);
-                let text = format!("run {}: {trouble}", index + 1);
-                let trouble = trouble.said(text);
-                logs::error(&trouble);
-                trouble.exit
-            }
+            Err(error) => failed_row(index + 1, error),
         };
         let why = outcome.as_ref().err().map(ToString::to_string).unwrap_or_default();
         live.iter_mut().for_each(|page| page.end(exit, &why, &pool));
@@ -212,6 +206,15 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let view = SheetView { times: args.sheet.at.clone(), framing };
     let how = FinishOptions { out: &folder.path, view, json: args.json, quiet: args.voice.quiet };
     finish(sweep, &rows, &how)
+}
+
+/// Tells why a run of a sweep failed.
+fn failed_row(number: usize, error: &RunError) -> Exit {
+    let trouble = trouble(error);
+    let text = format!("run {number}: {trouble}");
+    let trouble = trouble.said(text);
+    logs::error(&trouble);
+    trouble.exit
 }
 
 /// Whether a line is about results that a run took, or could not take, from an earlier one.

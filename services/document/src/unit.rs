@@ -337,6 +337,18 @@ pub fn lines2(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "type": "array", "items": points(), "maxItems": 256 })
 }
 
+/// Three shares, each from 0 to 1.
+pub fn colour(_: &mut SchemaGenerator) -> Schema {
+    let part = json_schema!({ "type": "number", "minimum": 0, "maximum": 1 });
+    triple(&part)
+}
+
+/// A list of places, three lengths each.
+pub fn places3(_: &mut SchemaGenerator) -> Schema {
+    let place = triple(&scalar(Dimension::Length));
+    json_schema!({ "type": "array", "items": place, "maxItems": 1024 })
+}
+
 /// A list of polygons in space, each a list of points.
 pub fn polygons3(_: &mut SchemaGenerator) -> Schema {
     let point = triple(&scalar(Dimension::Length));

@@ -7,13 +7,14 @@ mod sheets;
 
 use crate::error::ExportError;
 use crate::keys;
-use crate::looks::{colours, icosahedron, linear};
+use crate::looks::{icosahedron, linear};
 use crate::surface::{ExportFace, ExportMesh, FaceKind};
 use crate::timeline::{BodyTrack, ExportTimeline, FrameRange, GrainTrack, Scenery};
 use buffer::GlbBuffer;
 pub(crate) use buffer::GlbUse;
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_proto::recording::Tier;
+use cullet_record::FragmentOrigin;
 use gltf::json;
 use json::animation::{Channel, Interpolation, Property, Sampler, Target};
 use json::extras::RawValue;
@@ -176,8 +177,11 @@ impl<'a> GlbWriter<'a> {
         if track.death.is_finite() {
             facts["end_s"] = range.since(track.death).into();
         }
-        if let Some(sampled) = track.sampled {
+        if let Some(sampled) = track.is_of(FragmentOrigin::Sampled) {
             facts["sampled"] = sampled.into();
+        }
+        if track.origin == Some(FragmentOrigin::Directed) {
+            facts["directed"] = true.into();
         }
         if let Some([low, high]) = self.timeline.mesh(track).damage_range() {
             (facts["damage_time_min_s"], facts["damage_time_max_s"]) = (low.into(), high.into());
@@ -410,10 +414,10 @@ impl<'a> GlbWriter<'a> {
 
     /// A ball of diameter 1 in the colour of an object's crack faces.
     fn ball(&mut self, grain: &GrainTrack) -> Index<Mesh> {
-        let (_, crack) = colours(&grain.material, &grain.object, false);
-        let [r, g, b] = linear(crack);
+        let look = self.timeline.look(&grain.material, &grain.object, false);
+        let [r, g, b] = linear(look.crack);
         let name = format!("{} grains", grain.object);
-        let material = self.plain(name, [r, g, b, 1.0], 0.9);
+        let material = self.plain(name, [r, g, b, 1.0], look.roughness);
         let (corners, faces) = icosahedron();
         let places: Vec<[f32; 3]> = corners.iter().map(|corner| y_up(&(corner * 0.5))).collect();
         let normals: Vec<[f32; 3]> = corners.iter().map(unit_y_up).collect();

@@ -1,6 +1,7 @@
 //! What bodies and grains look like.
 
 use cullet_geometry::Vec3;
+use cullet_record::InteriorLook;
 use cullet_record::palette::{self, Rgb};
 
 /// A colour as light: a factor of glTF is linear, a screen's colour is not (IEC 61966-2-1).
@@ -14,10 +15,28 @@ pub(crate) fn finish(metal: bool) -> [f32; 2] {
     if metal { [1.0, 0.35] } else { [0.0, 0.8] }
 }
 
-/// Colours of an object's skin and crack faces.
-pub(crate) fn colours(material: &str, object: &str, fixed: bool) -> (Rgb, Rgb) {
+/// What an object's skin and crack faces look like.
+pub(crate) struct ObjectLook {
+    pub(crate) skin: Rgb,
+    pub(crate) crack: Rgb,
+    /// Of crack faces \[1\].
+    pub(crate) roughness: f32,
+}
+
+/// The roughness of crack faces of which the scene says nothing \[1\].
+const ROUGH: f32 = 0.9;
+
+/// What an object's skin and crack faces look like; `inside`: where the scene says so.
+pub(crate) fn object_look(
+    material: &str,
+    object: &str,
+    fixed: bool,
+    inside: Option<&InteriorLook>,
+) -> ObjectLook {
     let (skin, crack) = palette::colours(material, object, 0);
-    (if fixed { palette::FIXED } else { skin }, crack)
+    let crack = inside.map_or(crack, |look| look.colour);
+    let roughness = inside.map_or(ROUGH, |look| look.roughness);
+    ObjectLook { skin: if fixed { palette::FIXED } else { skin }, crack, roughness }
 }
 
 /// Corners of a regular icosahedron on the unit sphere, and its faces, counter-clockwise seen from

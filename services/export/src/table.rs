@@ -1,6 +1,7 @@
 //! Tables (CSV): bodies, and where they are at each frame. Up is z.
 
 use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
+use cullet_record::FragmentOrigin;
 use std::fmt::Write;
 
 /// Both tables.
@@ -12,9 +13,9 @@ pub(crate) struct ExportTables {
     pub(crate) rows: usize,
 }
 
-const BODIES: &str = "name,id,object,parent,generation,material,fixed,sampled,mass_kg,volume_m3,\
-birth_s,end_s,rest_x_m,rest_y_m,rest_z_m,rest_qx,rest_qy,rest_qz,rest_qw,damage_time_min_s,\
-damage_time_max_s\n";
+const BODIES: &str = "name,id,object,parent,generation,material,fixed,sampled,directed,mass_kg,\
+volume_m3,birth_s,end_s,rest_x_m,rest_y_m,rest_z_m,rest_qx,rest_qy,rest_qz,rest_qw,\
+damage_time_min_s,damage_time_max_s\n";
 
 const POSES: &str = "name,id,frame,time_s,x_m,y_m,z_m,qx,qy,qz,qw,vx_m_s,vy_m_s,vz_m_s,\
 wx_rad_s,wy_rad_s,wz_rad_s\n";
@@ -50,7 +51,8 @@ pub(crate) fn of_bodies(timeline: &ExportTimeline, bodies: &[&BodyTrack]) -> Str
             body.generation.to_string(),
             cell(&body.material),
             body.fixed.to_string(),
-            known(track.sampled),
+            known(track.is_of(FragmentOrigin::Sampled)),
+            known(track.is_of(FragmentOrigin::Directed)),
             body.mass.to_string(),
             body.volume.to_string(),
             range.since(track.birth).to_string(),

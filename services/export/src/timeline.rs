@@ -1,6 +1,7 @@
 //! A recording as a film has it: who is there from when to when, and where at which frame.
 
 use crate::error::ExportError;
+use crate::looks::{ObjectLook, object_look};
 use crate::moving::{ExportWindow, MovingTrack, tracks, windows};
 use crate::names::UniqueNames;
 use crate::pictures::{ArtistMaterial, ExportPicture, PictureShelf};
@@ -9,7 +10,7 @@ use crate::surface::{ArtistSurface, ExportMesh};
 use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Vec3};
 use cullet_proto::recording::{Body, EventKind};
-use cullet_record::{PoseRow, RecordError, Recording};
+use cullet_record::{FragmentOrigin, InteriorLook, PoseRow, RecordError, Recording};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -58,8 +59,8 @@ pub(crate) struct BodyTrack {
     pub(crate) death: f64,
     /// Where it is in the whole object.
     pub(crate) rest: Pose,
-    /// Whether it was sampled and not solved; `None` where that is not known.
-    pub(crate) sampled: Option<bool>,
+    /// Where it comes from; `None` where that is not known.
+    pub(crate) origin: Option<FragmentOrigin>,
     /// Whether it broke.
     pub(crate) broke: bool,
     /// Which of the meshes it has: the digest of its geometry, and, where the artist's mesh has
@@ -68,6 +69,13 @@ pub(crate) struct BodyTrack {
     /// Cracks that end inside it.
     pub(crate) sheets: Vec<CrackSheet>,
     rows: Vec<(f64, PoseRow)>,
+}
+
+impl BodyTrack {
+    /// Whether it comes from there; `None` where that is not known.
+    pub(crate) fn is_of(&self, origin: FragmentOrigin) -> Option<bool> {
+        self.origin.map(|own| own == origin)
+    }
 }
 
 /// A grain of debris from birth on.
@@ -96,6 +104,8 @@ pub(crate) struct ExportTimeline {
     /// Name of the scene.
     pub(crate) scene: String,
     pub(crate) range: FrameRange,
+    /// What objects look like inside, where the scene says so.
+    pub(crate) interiors: BTreeMap<String, InteriorLook>,
     /// In order of birth.
     pub(crate) bodies: Vec<BodyTrack>,
     pub(crate) grains: Vec<GrainTrack>,
@@ -273,12 +283,18 @@ fn range(recording: &Recording, wanted: &TimelineOptions) -> Result<FrameRange, 
 }
 
 impl ExportTimeline {
+    /// What an object of a material looks like.
+    pub(crate) fn look(&self, material: &str, object: &str, fixed: bool) -> ObjectLook {
+        object_look(material, object, fixed, self.interiors.get(object))
+    }
+
     pub(crate) fn of(recording: &Recording, wanted: &TimelineOptions) -> Result<Self, ExportError> {
         let range = range(recording, wanted)?;
         let up = upright(recording);
         let mut timeline = Self {
             scene: recording.meta.get("scene").cloned().unwrap_or_default(),
             range,
+            interiors: recording.interiors(),
             bodies: bodies(recording, up),
             grains: Vec::new(),
             moving: Vec::new(),
@@ -374,24 +390,18 @@ impl ExportTimeline {
 
 fn bodies(recording: &Recording, up: Quat) -> Vec<BodyTrack> {
     let rest = recording.rest_poses();
-    let mut sampled: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
-    for of in &recording.sampled {
-        sampled.entry(of.body).or_default().extend(&of.fragments);
-    }
-    let track = |body: &Body| {
-        let known = body.parent.and_then(|parent| sampled.get(&parent));
-        BodyTrack {
-            name: String::new(),
-            birth: f64::INFINITY,
-            death: f64::INFINITY,
-            rest: up * rest.get(&body.id).copied().unwrap_or_else(Pose::identity),
-            sampled: known.map(|of| of.contains(&body.id)),
-            broke: false,
-            mesh: Vec::new(),
-            sheets: Vec::new(),
-            rows: Vec::new(),
-            body: body.clone(),
-        }
+    let origins = recording.origins();
+    let track = |body: &Body| BodyTrack {
+        name: String::new(),
+        birth: f64::INFINITY,
+        death: f64::INFINITY,
+        rest: up * rest.get(&body.id).copied().unwrap_or_else(Pose::identity),
+        origin: origins.get(&body.id).copied(),
+        broke: false,
+        mesh: Vec::new(),
+        sheets: Vec::new(),
+        rows: Vec::new(),
+        body: body.clone(),
     };
     let mut tracks: Vec<BodyTrack> = recording.bodies.iter().map(track).collect();
     let ids = (0usize..).zip(&recording.bodies).map(|(at, body)| (body.id, at));

@@ -6,7 +6,7 @@ mod moving;
 mod prim;
 mod samples;
 
-use crate::looks::{colours, finish, linear};
+use crate::looks::{ObjectLook, finish, linear};
 use crate::moving::MovingTrack;
 use crate::names::UniqueNames;
 use crate::sheets::CrackSheet;
@@ -73,9 +73,10 @@ pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery, folder: &str) -
         let name = names.give(object);
         let of = timeline.bodies.iter().find(|track| track.body.object == object);
         if let Some(body) = of.map(|track| &track.body) {
-            let (skin, crack) = colours(&body.material, object, body.fixed);
+            let ObjectLook { skin, crack, roughness } =
+                timeline.look(&body.material, object, body.fixed);
             looks += &plain(&format!("{name}_skin"), linear(skin), 0.0, 0.5);
-            looks += &plain(&format!("{name}_crack"), linear(crack), 0.0, 0.9);
+            looks += &plain(&format!("{name}_crack"), linear(crack), 0.0, roughness);
         }
         let own = timeline.bodies.iter().filter(|track| track.body.object == object);
         let slots = own.map(|track| &timeline.mesh(track).materials).max_by_key(|of| of.len());

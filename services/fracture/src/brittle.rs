@@ -369,7 +369,7 @@ impl Brittle {
         }
         let motions =
             motion::of_parts(&self.domain, &partition.particle_part, partition.parts.len());
-        let mut sampled = pieces.sampled(&partition.particle_part, partition.parts.len());
+        let mut origins = pieces.origins(&partition.particle_part, partition.parts.len());
         let pushes = self.loads.iter().zip(&self.problem.impacts);
         let pushes = pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered));
         let supports = self.supports.iter().map(|one| (one.point, one.normal * one.delivered));
@@ -385,8 +385,8 @@ impl Brittle {
         report.warnings.extend(warnings);
         let reactions = self.supports.iter().map(|one| one.delivered).collect();
         // Debris is the last of them.
-        sampled.truncate(fragments.len());
-        Ok(Fragmentation { fragments, sampled, debris, reactions, report })
+        origins.truncate(fragments.len());
+        Ok(Fragmentation { fragments, origins, debris, reactions, report })
     }
 
     fn cut_settings(&self) -> CutSettings {

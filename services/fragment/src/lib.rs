@@ -3,12 +3,16 @@
 //! the motion of the whole, how its surface goes along, and what rigid strikers and supports do to
 //! it.
 //!
+//! How many pieces there are, where, and what stays whole, where the scene asks for it
+//! ([`directed`]).
+//!
 //! Absent on purpose: how the damage came about.
 
 pub mod carriers;
 pub mod crack;
 pub mod cut;
 pub mod debris;
+pub mod directed;
 pub mod error;
 pub mod field;
 pub mod finish;

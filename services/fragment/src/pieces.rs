@@ -2,7 +2,7 @@
 
 use cullet_geometry::math::{scramble, unit};
 use cullet_geometry::{Mat3, Vec3};
-use cullet_model::Tolerance;
+use cullet_model::{FragmentOrigin, Tolerance};
 use std::f64::consts::TAU;
 
 /// Waves that bend the borders of sampled pieces.
@@ -42,17 +42,17 @@ impl Pieces {
         piece.checked_sub(self.found)
     }
 
-    /// Which parts of a cut were sampled: most of their points lie in sampled pieces. `part_of`:
-    /// the part of each point by id.
+    /// Where the parts of a cut come from: those are sampled most of whose points lie in sampled
+    /// pieces. `part_of`: the part of each point by id.
     #[must_use]
-    pub fn sampled(&self, part_of: &[u32], parts: usize) -> Vec<bool> {
+    pub fn origins(&self, part_of: &[u32], parts: usize) -> Vec<FragmentOrigin> {
         let mut votes = vec![0_i64; parts];
         for (&part, piece) in part_of.iter().zip(&self.of) {
             if let (Some(vote), Some(piece)) = (votes.get_mut(part as usize), piece) {
                 *vote += if self.drawn(*piece).is_some() { 1 } else { -1 };
             }
         }
-        votes.into_iter().map(|vote| vote > 0).collect()
+        votes.into_iter().map(|vote| FragmentOrigin::of_sampled(vote > 0)).collect()
     }
 }
 

@@ -139,6 +139,18 @@ pub(crate) fn agglomerate(
     floor: f64,
     max: usize,
 ) -> Vec<u32> {
+    let apart = vec![false; volumes.len()];
+    agglomerate_apart(volumes, forced, apart, shared, (floor, max))
+}
+
+/// As [`agglomerate`], but no two of those that are to stay `apart` join.
+pub(crate) fn agglomerate_apart(
+    volumes: &[f64],
+    forced: &[bool],
+    mut apart: Vec<bool>,
+    shared: &BTreeMap<(u32, u32), f64>,
+    (floor, max): (f64, usize),
+) -> Vec<u32> {
     let mut near: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); volumes.len()];
     for (&(a, b), &area) in shared {
         near[a as usize].insert(b, area);
@@ -159,7 +171,8 @@ pub(crate) fn agglomerate(
         if !forced[s] && volume[s] >= floor && left <= max {
             break;
         }
-        let largest = near[s].iter().max_by(|x, y| x.1.total_cmp(y.1).then(y.0.cmp(x.0)));
+        let free = near[s].iter().filter(|&(&t, _)| !(apart[s] && apart[t as usize]));
+        let largest = free.max_by(|x, y| x.1.total_cmp(y.1).then(y.0.cmp(x.0)));
         let Some((&into, _)) = largest else { continue };
         let t = into as usize;
         queue.remove(&rank(&forced, &volume, into));
@@ -172,6 +185,7 @@ pub(crate) fn agglomerate(
         }
         volume[t] += volume[s];
         forced[s] = false;
+        apart[t] |= apart[s];
         host[s] = into;
         left -= 1;
         queue.insert(rank(&forced, &volume, into));

@@ -13,8 +13,8 @@ use cullet_fragment::motion::balance;
 use cullet_geometry::{MassProperties, Sheet, Vec3};
 use cullet_model::outcome::{DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Impact, PointPrecision, Problem,
-    Progress, Refusal, Report, Solver,
+    BrittleProblem, Cost, Failure, Fragment, FragmentOrigin, Fragmentation, Impact, PointPrecision,
+    Problem, Progress, Refusal, Report, Solver,
 };
 use probes::{PROBES, Probes};
 
@@ -159,8 +159,9 @@ impl Geometric {
             partition.parts.into_iter().map(|part| motion.carry(part)).collect();
         let reactions = self.hold(&mut fragments);
         // Where nothing parted there is nothing that was sampled.
-        let sampled = vec![fragments.len() > 1; fragments.len()];
-        Fragmentation { fragments, sampled, reactions, report, ..Fragmentation::default() }
+        let origin = FragmentOrigin::of_sampled(fragments.len() > 1);
+        let origins = vec![origin; fragments.len()];
+        Fragmentation { fragments, origins, reactions, report, ..Fragmentation::default() }
     }
 
     /// Lets the supports stop what lies on them; what the pieces have in all is then what the hits

@@ -4,6 +4,7 @@
 //!
 //! Absent on purpose: how anything is solved.
 
+pub mod art_direction;
 pub mod body;
 pub mod bonded;
 pub mod brittle;
@@ -27,6 +28,7 @@ pub mod strength;
 pub mod tolerance;
 pub mod treatment;
 
+pub use art_direction::ArtDirection;
 pub use body::BodyShape;
 pub use bonded::{BondGrain, BondedSolid};
 pub use continuum::{
@@ -45,7 +47,8 @@ pub use membrane::{
     SheetSourceKind,
 };
 pub use outcome::{
-    Amount, Deformation, Figure, Fragment, Fragmentation, Grain, Report, SolveOutcome, SolvedShares,
+    Amount, Deformation, Figure, Fragment, FragmentOrigin, Fragmentation, Grain, Report,
+    SolveOutcome, SolvedShares,
 };
 pub use precision::PointPrecision;
 pub use problem::{BrittleProblem, BrittleSettings, Impact, Problem, Settings, Support};

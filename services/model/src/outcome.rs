@@ -66,6 +66,14 @@ pub const STRENGTH_RATIO: &str = "strength_ratio";
 pub const DAMAGED_FRACTION: &str = "damaged_fraction";
 /// [`Figure`] of the impulse that the solve put into the body \[N·s\].
 pub const DELIVERED_IMPULSE: &str = "delivered_impulse";
+/// [`Figure`] of the fragments before the scene's direction \[1\].
+pub const FOUND_FRAGMENTS: &str = "found_fragments";
+/// [`Figure`] of the largest fragment's share of their volume before the scene's direction \[1\].
+pub const FOUND_LARGEST: &str = "found_largest";
+/// [`Figure`] of the crack area that direction added \[m²\], which cost no energy.
+pub const ADDED_CRACK_AREA: &str = "directed_crack_area";
+/// [`Figure`] of the crack area that direction closed again \[m²\]; its energy stays spent.
+pub const CLOSED_CRACK_AREA: &str = "closed_crack_area";
 
 impl Report {
     /// Adds a figure of the family's own.
@@ -95,13 +103,44 @@ pub struct Grain {
     pub size: f64,
 }
 
+/// Where a fragment comes from. The numbers are those of the wire.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum FragmentOrigin {
+    /// A solver found it.
+    #[default]
+    Solved = 0,
+    /// It was sampled from a law.
+    Sampled = 1,
+    /// The scene asked for it: [`crate::ArtDirection`].
+    Directed = 2,
+}
+
+impl FragmentOrigin {
+    /// The word for it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::Sampled => "sampled",
+            Self::Directed => "directed",
+        }
+    }
+
+    /// Sampled, or else solved.
+    #[must_use]
+    pub fn of_sampled(sampled: bool) -> Self {
+        if sampled { Self::Sampled } else { Self::Solved }
+    }
+}
+
 /// A body taken apart. One fragment means that nothing separated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fragmentation {
     /// Closed parts whose volumes, with those of the debris, sum to the body's within 1e-9 of it.
     pub fragments: Vec<Fragment>,
-    /// Of each fragment: whether it was sampled from a law, and not solved.
-    pub sampled: Vec<bool>,
+    /// Where each fragment comes from; empty where that is not known.
+    pub origins: Vec<FragmentOrigin>,
     /// Parts too small to be fragments.
     pub debris: Vec<Grain>,
     /// Impulse that each support of the problem gave along its normal \[N·s\], not negative; empty
@@ -187,18 +226,22 @@ impl Fragmentation {
         self.fragments.len() <= 1 && self.debris.is_empty()
     }
 
-    /// How much of it was solved, and how much was sampled: `None` where that is not known of each
+    /// How much of it was solved, sampled and directed: `None` where that is not known of each
     /// fragment. A crack has two faces, and each counts for the part that it belongs to.
     #[must_use]
     pub fn shares(&self) -> Option<SolvedShares> {
-        if self.sampled.len() != self.fragments.len() {
+        if self.origins.len() != self.fragments.len() {
             return None;
         }
         let mut shares = SolvedShares::default();
-        for (fragment, &sampled) in self.fragments.iter().zip(&self.sampled) {
+        for (fragment, origin) in self.fragments.iter().zip(&self.origins) {
             let volume = fragment.solid.mesh.signed_volume();
             let area = 0.5 * crack_faces(&fragment.solid);
-            let own = if sampled { &mut shares.sampled } else { &mut shares.solved };
+            let own = match origin {
+                FragmentOrigin::Solved => &mut shares.solved,
+                FragmentOrigin::Sampled => &mut shares.sampled,
+                FragmentOrigin::Directed => &mut shares.directed,
+            };
             own.volume += volume;
             own.crack_area += area;
         }
@@ -227,13 +270,15 @@ pub struct Amount {
     pub crack_area: f64,
 }
 
-/// How much of what broke was solved from stress, and how much was sampled from a law.
+/// How much of what broke was solved from stress, sampled from a law, or directed by the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SolvedShares {
     /// Solved.
     pub solved: Amount,
     /// Sampled; debris is.
     pub sampled: Amount,
+    /// Directed: fragments that were divided or joined because the scene asked for it.
+    pub directed: Amount,
 }
 
 impl From<Fragmentation> for SolveOutcome {

@@ -8,11 +8,11 @@
 
 mod paint;
 
-pub use paint::{Region, Stroke, VertexPaint};
+pub use paint::{GROOVE, Region, Stroke, VertexPaint, weakest_painted};
 
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
-use paint::Brush;
+use paint::{Brush, painted};
 use std::sync::Arc;
 
 /// Least correlation length in spacings: shorter flaws are noise to a band four spacings wide
@@ -80,7 +80,7 @@ pub struct StrengthField {
     pub weak_plane: Option<PatternWeakPlane>,
     /// Layers.
     pub layers: Option<StrengthLayers>,
-    /// Painted regions; their factors multiply.
+    /// Painted regions; their factors multiply, but a line of grooves counts once.
     pub strokes: Vec<Stroke>,
     /// Factors painted on the surface; on the wire they travel behind the rest.
     #[cfg_attr(feature = "wire", serde(skip))]
@@ -134,7 +134,10 @@ impl Strength {
             mean: libm::tgamma(1.0 + inverse),
             brush: field.vertices.as_ref().map(Brush::new),
             weak_plane: field.weak_plane,
-            field: field.clone(),
+            field: StrengthField {
+                strokes: field.strokes.iter().map(|own| own.resolved(spacing)).collect(),
+                ..field.clone()
+            },
         }
     }
 
@@ -142,7 +145,7 @@ impl Strength {
     #[must_use]
     pub fn factor(&self, x: &Vec3) -> f64 {
         let x = x + self.field.offset;
-        let painted: f64 = self.field.strokes.iter().map(|stroke| stroke.factor_at(&x)).product();
+        let painted = painted(&self.field.strokes, &x);
         let vertices = self.brush.as_ref().map_or(1.0, |brush| brush.factor(&x));
         let layers = self.field.layers.map_or(1.0, |layers| layers.factor(&x, self.field.seed));
         (self.flaws(&x) * layers * painted * vertices).clamp(BOUNDS.0, BOUNDS.1)

@@ -31,7 +31,7 @@ mod track;
 pub use exhibit::exhibit;
 pub use picture::Picture;
 
-use cullet_record::{RecordError, Recording, Shares};
+use cullet_record::{FragmentOrigin, RecordError, Recording, Shares};
 use reel::Reel;
 use stage::Focus;
 use std::path::{Path, PathBuf};
@@ -314,18 +314,26 @@ fn caption(track: &Track, time: f64) -> String {
 
 fn bodies_caption(track: &Track, time: f64) -> String {
     let fragments = || track.present(time).filter(|(_, actor, _)| actor.fragment);
-    let shares: Option<Vec<(f64, bool)>> = fragments().map(|(_, actor, _)| actor.share).collect();
+    let shares: Option<Vec<(f64, FragmentOrigin)>> =
+        fragments().map(|(_, actor, _)| actor.share).collect();
     match (fragments().count(), shares) {
         (0, _) => format!("{time:.3} s"),
         (n, None) => format!("{time:.3} s  {n} fragments"),
         (n, Some(shares)) => {
-            let drawn = || shares.iter().filter(|(_, sampled)| *sampled).map(|(mass, _)| mass);
+            let of = |kind| shares.iter().filter(move |(_, origin)| *origin == kind);
+            let drawn = || of(FragmentOrigin::Sampled).map(|(mass, _)| mass);
+            let asked = of(FragmentOrigin::Directed).count() as u64;
             let mass: f64 = shares.iter().map(|(mass, _)| mass).sum();
             let all = Shares::of((n as u64, drawn().count() as u64), (mass, drawn().sum()));
-            let (solved, drawn) = (all.pieces - all.sampled_pieces, all.sampled_pieces);
+            let drawn = all.sampled_pieces;
+            let solved = all.pieces - drawn - asked;
             // A sum of nothing is −0.
             let by_mass = 100.0 * all.sampled_mass + 0.0;
-            format!("{time:.3} s  {solved} solved, {drawn} sampled, {by_mass:.0} % of mass")
+            let sampled = format!("{solved} solved, {drawn} sampled, {by_mass:.0} % of mass");
+            match asked {
+                0 => format!("{time:.3} s  {sampled}"),
+                asked => format!("{time:.3} s  {sampled}, {asked} directed"),
+            }
         }
     }
 }

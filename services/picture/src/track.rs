@@ -6,9 +6,9 @@ use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::EventKind;
 use cullet_record::palette::{self, Rgb};
-use cullet_record::{PoseRow, Recording, Trace, traces};
+use cullet_record::{FragmentOrigin, PoseRow, Recording, Trace, traces};
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Stands for the number of any grain.
@@ -45,8 +45,8 @@ pub(super) struct Actor {
     pub(super) fragment: bool,
     /// It has a new shape, or gets one.
     pub(super) deformed: bool,
-    /// Mass \[kg\], and whether it was sampled; nothing where that is not known.
-    pub(super) share: Option<(f64, bool)>,
+    /// Mass \[kg\], and where it comes from; nothing where that is not known.
+    pub(super) share: Option<(f64, FragmentOrigin)>,
     pub(super) fixed: bool,
     pub(super) outer: Rgb,
     pub(super) inner: Rgb,
@@ -276,26 +276,21 @@ impl Track {
                 meshes.insert(hash, Arc::new(Mesh::of(&solid)));
             }
         }
-        let sampled: BTreeMap<u64, BTreeSet<u64>> = recording
-            .sampled
-            .iter()
-            .map(|of| (of.body, of.fragments.iter().copied().collect()))
-            .collect();
+        let (origins, interiors) = (recording.origins(), recording.interiors());
         let mut index: BTreeMap<u64, usize> = BTreeMap::new();
         for body in &recording.bodies {
             let Some(mesh) = meshes.get(&body.geometry[..]) else {
                 continue;
             };
             let (outer, inner) = palette::colours(&body.material, &body.object, body.id);
+            let inner = interiors.get(&body.object).map_or(inner, |look| look.colour);
             index.insert(body.id, track.actors.len());
             track.actors.push(Actor {
                 id: body.id,
                 object: body.object.clone(),
                 fragment: body.parent.is_some(),
                 deformed: false,
-                share: body.parent.and_then(|parent| {
-                    sampled.get(&parent).map(|of| (body.mass, of.contains(&body.id)))
-                }),
+                share: origins.get(&body.id).map(|origin| (body.mass, *origin)),
                 fixed: body.fixed,
                 outer,
                 inner,
@@ -370,7 +365,7 @@ impl Track {
             let from = old.rows.partition_point(|(time, _)| *time < shape.time);
             let new = Actor {
                 object: old.object.clone(),
-                share: old.share.map(|(_, sampled)| (shape.mass, sampled)),
+                share: old.share.map(|(_, origin)| (shape.mass, origin)),
                 mesh: mesh.clone(),
                 rows: old.rows.split_off(from),
                 velocities: old.velocities.split_off(from),

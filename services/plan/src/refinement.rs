@@ -4,6 +4,7 @@
 
 use crate::brittle::{AccuracyTarget, Figures, SolvePlan, branched, estimate};
 use cullet_model::Fragmentation;
+use cullet_model::outcome::{FOUND_FRAGMENTS, FOUND_LARGEST};
 use cullet_world::Hit;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -205,17 +206,23 @@ fn told(coarse: usize, fine: usize) -> String {
     branched(coarse, fine).map_or_else(String::new, |words| format!("; {words}"))
 }
 
-/// What solves are compared by; nothing of one without a grid, which another family made.
+/// What solves are compared by: what they found, before the scene's direction. Nothing of one
+/// without a grid, which another family made.
 fn figures(broken: &Fragmentation) -> Option<Figures> {
     let volumes = broken.fragments.iter().map(|part| part.solid.mesh.signed_volume());
     let whole: f64 = volumes.clone().sum();
     let largest = volumes.fold(0.0, f64::max);
     let report = &broken.report;
-    (report.spacing > 0.0).then(|| Figures {
+    let found = report.detail(FOUND_FRAGMENTS).zip(report.detail(FOUND_LARGEST));
+    let (count, largest) = found
+        .map_or((broken.fragments.len(), largest / whole), |(count, share)| {
+            (count as usize, share)
+        });
+    (report.spacing > 0.0).then_some(Figures {
         spacing: report.spacing,
         crack_area: report.crack_area,
-        largest: largest / whole,
-        count: broken.fragments.len(),
+        largest,
+        count,
     })
 }
 

@@ -165,7 +165,7 @@ pub(crate) fn figures<'py>(
     Ok(told)
 }
 
-/// Each fracture, with how much of it was solved and how much was sampled.
+/// Each fracture, with how much of it was solved, sampled and directed.
 pub(crate) fn fractures<'py>(
     py: Python<'py>,
     recording: &Recording,
@@ -180,6 +180,9 @@ pub(crate) fn fractures<'py>(
         told.set_item("sampled_volume", of.map(|of| of.sampled_volume))?;
         told.set_item("solved_crack_area", of.map(|of| of.solved_crack_area))?;
         told.set_item("sampled_crack_area", of.map(|of| of.sampled_crack_area))?;
+        told.set_item("directed_fragments", of.map(|of| &of.directed))?;
+        told.set_item("directed_volume", of.map(|of| of.directed_volume))?;
+        told.set_item("directed_crack_area", of.map(|of| of.directed_crack_area))?;
         all.append(told)?;
     }
     Ok(all)

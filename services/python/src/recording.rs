@@ -8,11 +8,11 @@ use crate::sheets;
 use cullet::geometry::{Solid, Surface};
 use cullet::messages::{Body, EventKind};
 use cullet::picture::{Framing, Still, StillTime, still};
-use cullet::record::{fit, masses};
+use cullet::record::{FragmentMass, fit, masses};
 use cullet::{ExportOptions, Moments, Recording, export};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -208,8 +208,7 @@ impl PyRecording {
         columns.numbers("mass", all.iter().map(|part| part.mass))?;
         columns.numbers("ratio", all.iter().map(|part| part.ratio))?;
         columns.numbers("cell", all.iter().map(|part| part.cell))?;
-        let made = |sampled: bool| if sampled { "sampled" } else { "solved" };
-        columns.texts("made", all.iter().map(|part| made(part.sampled)))?;
+        columns.texts("made", all.iter().map(FragmentMass::made))?;
         Ok(columns.done())
     }
 
@@ -256,16 +255,13 @@ impl PyRecording {
         ends.filter_map(|event| Some((event.body?, event.step))).collect()
     }
 
-    /// Whether each body was given by the scene, solved or sampled, or whether that is not told.
+    /// Whether each body was given by the scene, solved, sampled or directed, or whether that is
+    /// not told.
     fn made(&self) -> Vec<&'static str> {
-        let told = || self.recording.sampled.iter();
-        let sampled: BTreeSet<u64> = told().flat_map(|of| of.fragments.iter().copied()).collect();
-        let known: BTreeSet<u64> = told().map(|of| of.body).collect();
+        let origins = self.recording.origins();
         let of = |body: &Body| match body.parent {
             None => "given",
-            Some(_) if sampled.contains(&body.id) => "sampled",
-            Some(parent) if known.contains(&parent) => "solved",
-            Some(_) => "unknown",
+            Some(_) => origins.get(&body.id).map_or("unknown", |origin| origin.word()),
         };
         self.recording.bodies.iter().map(of).collect()
     }

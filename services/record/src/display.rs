@@ -49,6 +49,8 @@ pub(super) struct Live {
     pub(super) row: Option<PoseRow>,
     /// Where cracks that end inside it meet its surface.
     pub(super) traces: Vec<Trace>,
+    /// The colour of its crack faces, where the scene says so.
+    pub(super) interior: Option<Rgb>,
 }
 
 impl Shape {
@@ -167,6 +169,7 @@ fn entity(object: &str, time: Timestamp, group: &[&Live]) -> SceneEntity {
         let Some(row) = &live.row else { continue };
         let pose = pose(row);
         let (outer, crack) = colours(&live.body);
+        let crack = live.interior.unwrap_or(crack);
         for (part, rgb) in [(&live.shape.outer, outer), (&live.shape.crack, crack)] {
             if !part.indices.is_empty() {
                 entity.triangles.push(TriangleListPrimitive {

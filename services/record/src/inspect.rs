@@ -73,22 +73,33 @@ fn again(jobs: &Jobs) -> Option<String> {
     (taken > 0).then(told)
 }
 
-/// How much of a fracture was solved, and how much was sampled.
+/// How much of a fracture was solved, sampled and directed.
 fn parts(fragments: usize, of: &Sampled) -> String {
     let drawn = of.fragments.len();
-    let counts = format!("{} solved, {drawn} sampled", fragments - drawn);
-    let volume = of.solved_volume + of.sampled_volume;
+    let asked = of.directed.len();
+    let solved = fragments.saturating_sub(drawn + asked);
+    let mut counts = format!("{solved} solved, {drawn} sampled");
+    if asked > 0 {
+        counts.push_str(&format!(", {asked} directed"));
+    }
+    let volume = of.solved_volume + of.sampled_volume + of.directed_volume;
     if volume <= 0.0 {
         // A recording of before says no more.
         return counts;
     }
-    let area = of.solved_crack_area + of.sampled_crack_area;
+    let area = of.solved_crack_area + of.sampled_crack_area + of.directed_crack_area;
     let percent = |part: f64, all: f64| if all > 0.0 { 100.0 * part / all } else { 0.0 };
-    format!(
+    let sampled = format!(
         "{counts}: {:.0} % of the volume, {:.0} % of the crack area",
         percent(of.sampled_volume, volume),
         percent(of.sampled_crack_area, area)
-    )
+    );
+    if asked == 0 {
+        return sampled;
+    }
+    let (volume, area) =
+        (percent(of.directed_volume, volume), percent(of.directed_crack_area, area));
+    format!("{sampled} sampled; {volume:.0} % and {area:.0} % directed")
 }
 
 #[cfg(test)]
@@ -103,5 +114,9 @@ mod tests {
         let now = Sampled { solved_volume, sampled_volume, solved_crack_area: 0.1, ..old };
         let line = "2 solved, 1 sampled: 25 % of the volume, 0 % of the crack area";
         assert_eq!(parts(3, &now), line);
+        let asked = Sampled { directed: vec![5, 6], directed_volume: 6e-4, ..now };
+        let line = "0 solved, 1 sampled, 2 directed: 10 % of the volume, 0 % of the crack area \
+                    sampled; 60 % and 0 % directed";
+        assert_eq!(parts(3, &asked), line);
     }
 }

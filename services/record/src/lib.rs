@@ -17,7 +17,7 @@
 //! | `/joints` | `cullet.BodyJoint` | each joint when it is made |
 //! | `/events` | `cullet.RunEvent` | what happened |
 //! | `/jobs` | `cullet.JobReport` | how jobs came out |
-//! | `/sampled` | `cullet.Sampled` | which fragments were sampled, and not solved |
+//! | `/sampled` | `cullet.Sampled` | which fragments were sampled or directed, and not solved |
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
 //! | `/appearance` | `cullet.Appearance` | what mesh files have beside the shapes |
 //! | `/sheets/surface` | `cullet.SheetSurface` | each surface of a sheet once, by digest |
@@ -34,6 +34,7 @@ mod canvas;
 mod digest;
 mod directed;
 mod display;
+mod draw_budget;
 mod event;
 mod grains;
 mod inspect;
@@ -71,20 +72,21 @@ mod trace;
 mod trail;
 
 pub use appearance::skin_of;
+pub use cullet_model::FragmentOrigin;
 pub use digest::RunDigest;
 pub use directed::DirectedTotals;
 pub use event::{Event, Touch, event_text};
 pub use inspect::{Inspection, inspect};
 pub use largest::{PieceRank, rank_table, ranks};
 pub use masses::{Fit, Fits, FragmentMass, RESOLVED_CELLS, fit, masses, table};
-pub use meta::{RunMeta, View};
+pub use meta::{InteriorLook, RunMeta, View};
 pub use pose_row::PoseRow;
 pub use quantity_scale::QuantityScale;
 pub use read::Recording;
 pub use recorder::{Finished, Level, Recorder};
 pub use recover::{Recovery, recover};
 pub use rest::RestPlace;
-pub use shares::Shares;
+pub use shares::{DirectedShares, Shares};
 pub use sheet_book::SheetAbout;
 pub use sheet_census::{SheetCensus, SheetTotals, crumbs};
 pub use sheet_read::{FrameTime, RecordedSheet, SheetMoment, SoundWindow};

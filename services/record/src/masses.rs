@@ -1,13 +1,15 @@
 //! How the masses of fragments are distributed: the list, and two laws fitted to it (G2).
 
 use super::{RecordError, Recording};
+use cullet_model::FragmentOrigin;
 use cullet_proto::recording::EventKind;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
 /// Cells from which on a solved fragment is resolved \[1\]: the masses of smaller ones depend on
-/// the grid. Fragments that were drawn from a law are never resolved, whatever their size.
+/// the grid. Fragments that were drawn from a law or directed are never resolved, whatever their
+/// size.
 pub const RESOLVED_CELLS: f64 = 64.0;
 
 /// A fragment that broke no further.
@@ -27,13 +29,31 @@ pub struct FragmentMass {
     pub cell: f64,
     /// Whether it was drawn from a law, and not solved.
     pub sampled: bool,
+    /// Whether it was divided or joined because the scene asked for it, and not solved.
+    pub directed: bool,
 }
 
 impl FragmentMass {
+    /// Whether it was solved, sampled or directed, as a word.
+    #[must_use]
+    pub fn made(&self) -> &'static str {
+        match (self.sampled, self.directed) {
+            (_, true) => FragmentOrigin::Directed,
+            (sampled, _) => FragmentOrigin::of_sampled(sampled),
+        }
+        .word()
+    }
+
+    /// Whether it was solved: neither sampled nor directed.
+    #[must_use]
+    pub fn is_solved(&self) -> bool {
+        !self.sampled && !self.directed
+    }
+
     /// Whether a solve made it, of at least so many cells.
     #[must_use]
     pub fn is_resolved(&self, cells: f64) -> bool {
-        !self.sampled && self.mass >= cells * self.cell
+        self.is_solved() && self.mass >= cells * self.cell
     }
 }
 
@@ -110,7 +130,7 @@ fn of(recording: &Recording) -> Vec<FragmentMass> {
         .filter_map(|event| event.body)
         .collect();
     let spacing = recording.spacings();
-    let sampled = recording.sampled_fragments();
+    let origins = recording.origins();
     let wholes = recording.bodies.iter().filter(|body| body.parent.is_none());
     let volumes: BTreeMap<&str, f64> = wholes.map(|b| (b.object.as_str(), b.volume)).collect();
     let leaves = recording.bodies.iter().filter(|body| !broken.contains(&body.id));
@@ -124,7 +144,8 @@ fn of(recording: &Recording) -> Vec<FragmentMass> {
                 mass: body.mass,
                 ratio: body.volume / volumes.get(body.object.as_str()).copied()?,
                 cell: h * h * h * body.mass / body.volume,
-                sampled: sampled.contains(&body.id),
+                sampled: origins.get(&body.id) == Some(&FragmentOrigin::Sampled),
+                directed: origins.get(&body.id) == Some(&FragmentOrigin::Directed),
             })
         })
         .collect()
@@ -138,7 +159,7 @@ pub fn table(masses: &[FragmentMass], cells: f64) -> String {
     let mut objects: BTreeMap<&str, Vec<&FragmentMass>> = BTreeMap::new();
     for part in masses {
         let FragmentMass { name, object, generation, mass, ratio, .. } = part;
-        let made = if part.sampled { "sampled" } else { "solved" };
+        let made = part.made();
         let resolved = part.is_resolved(cells);
         let row = [quoted(name), quoted(object)].join(",");
         let _never = writeln!(text, "{row},{generation},{mass:e},{ratio:e},{made},{resolved}");
@@ -146,7 +167,7 @@ pub fn table(masses: &[FragmentMass], cells: f64) -> String {
     }
     for (object, parts) in objects {
         let least = cells * parts.iter().map(|part| part.cell).fold(0.0, f64::max);
-        let solved = parts.iter().filter(|part| !part.sampled);
+        let solved = parts.iter().filter(|part| part.is_solved());
         let solved: Vec<f64> = solved.map(|part| part.mass).collect();
         text.push_str(&told(object, (&solved, parts.len()), least));
     }

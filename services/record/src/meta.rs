@@ -1,5 +1,6 @@
 //! What a recording says about its run as a whole.
 
+use super::palette::Rgb;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 
@@ -16,6 +17,15 @@ pub struct View {
     pub start: Option<f64>,
     /// When it ends \[s\].
     pub end: Option<f64>,
+}
+
+/// What the material inside an object looks like, on its crack faces, where the scene says so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InteriorLook {
+    /// Colour on a screen (sRGB), each part in \[0, 1\] \[1\].
+    pub colour: Rgb,
+    /// Roughness as renderers take it, 0 for a mirror and 1 for chalk \[1\].
+    pub roughness: f32,
 }
 
 /// What a recording says about its run as a whole.
@@ -41,11 +51,18 @@ pub struct RunMeta {
     pub materials: BTreeMap<String, String>,
     /// Where to look from.
     pub view: Option<View>,
+    /// What objects look like inside, by name, where the scene says so.
+    pub interiors: BTreeMap<String, InteriorLook>,
+    /// Bodies whose strength the scene painted.
+    pub painted: u64,
     /// Whether viewers get drawings of the objects, on `/scene/NAME`.
     pub drawings: bool,
     /// Leave out wall times and worker names and flush by simulated time: equal runs, equal bytes.
     pub deterministic: bool,
 }
+
+/// What the keys of [`InteriorLook`] begin with, before the name of the object.
+const INTERIOR: &str = "interior.";
 
 /// Against gravity, or z.
 pub(super) fn up(gravity: Vec3) -> Vec3 {
@@ -77,5 +94,28 @@ pub(super) fn meta_map(meta: &RunMeta) -> BTreeMap<String, String> {
             }
         }
     }
-    map.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    if meta.painted > 0 {
+        map.insert("painted", meta.painted.to_string());
+    }
+    let interior = |(object, look): (&String, &InteriorLook)| {
+        let InteriorLook { colour: [r, g, b], roughness } = look;
+        (format!("{INTERIOR}{object}"), format!("{r} {g} {b} {roughness}"))
+    };
+    let interiors = meta.interiors.iter().map(interior);
+    map.into_iter().map(|(key, value)| (key.to_owned(), value)).chain(interiors).collect()
+}
+
+/// What objects look like inside, by name, where the metadata of a run says so.
+pub(super) fn interiors(meta: &BTreeMap<String, String>) -> BTreeMap<String, InteriorLook> {
+    let objects = meta.keys().filter_map(|key| key.strip_prefix(INTERIOR));
+    objects.filter_map(|object| Some((object.to_owned(), interior_of(meta, object)?))).collect()
+}
+
+/// What an object looks like inside, likewise.
+pub(super) fn interior_of(meta: &BTreeMap<String, String>, object: &str) -> Option<InteriorLook> {
+    let text = meta.get(&format!("{INTERIOR}{object}"))?;
+    let numbers: Vec<f32> = text.split(' ').filter_map(|part| part.parse().ok()).collect();
+    let &[r, g, b, roughness] = &numbers[..] else { return None };
+    let sound = numbers.iter().all(|number| (0.0..=1.0).contains(number));
+    sound.then_some(InteriorLook { colour: [r, g, b], roughness })
 }

@@ -1,6 +1,7 @@
 //! Reading recordings, whole or cut off: every intact chunk counts, nothing else does.
 
 use super::grains::{GrainRows, LongForm};
+use super::meta::{InteriorLook, interiors};
 use super::points::SPECIMEN;
 use super::sheet_census::SheetCensus;
 use super::summary::decode;
@@ -8,6 +9,7 @@ use super::{
     APPEARANCE, BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, JOINTS, POOL, RecordError,
     SAMPLED, SHAPE, SHEET_SURFACE, SHEETS, Summary, Tally, WINDOWS,
 };
+use cullet_model::FragmentOrigin;
 use cullet_proto::recording::{
     Appearance, Body, BodyJoint, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape,
     PoolReport, Recorded, RunEvent, Sampled, SheetFrame, SheetSurface, SheetWindow,
@@ -328,6 +330,28 @@ impl Recording {
     pub fn spacings(&self) -> BTreeMap<u64, f64> {
         let made = self.reports.iter().filter(|report| report.fragments > 0);
         made.map(|report| (report.body, report.spacing)).collect()
+    }
+
+    /// Where each fragment comes from; those of an old recording, which does not tell, are not in
+    /// it.
+    #[must_use]
+    pub fn origins(&self) -> BTreeMap<u64, FragmentOrigin> {
+        let told: BTreeMap<u64, &Sampled> = self.sampled.iter().map(|of| (of.body, of)).collect();
+        let origin = |body: &Body| {
+            let of = told.get(&body.parent?)?;
+            let origin = match body.id {
+                id if of.directed.contains(&id) => FragmentOrigin::Directed,
+                id => FragmentOrigin::of_sampled(of.fragments.contains(&id)),
+            };
+            Some((body.id, origin))
+        };
+        self.bodies.iter().filter_map(origin).collect()
+    }
+
+    /// What objects look like inside, by name, where the scene says so.
+    #[must_use]
+    pub fn interiors(&self) -> BTreeMap<String, InteriorLook> {
+        interiors(&self.meta)
     }
 
     /// Fragments that were drawn from a law, and not solved; none of an old recording.

@@ -1,8 +1,9 @@
 //! The recorder: the run loop tells it what happens, it writes the file and keeps the tally.
 
 use super::display::{self, Live};
+use super::draw_budget::DrawBudget;
 use super::grains::{GrainMessage, GrainRows};
-use super::meta::{RunMeta, meta_map, up};
+use super::meta::{RunMeta, interior_of, meta_map, up};
 use super::object::{self, Object};
 use super::pose_row::PoseRow;
 use super::sheet_book::SheetBook;
@@ -33,6 +34,7 @@ const FLUSH_SIMULATED: f64 = 0.25;
 const FLUSH_FRACTURE_WALL: f64 = 0.1;
 /// The same in a deterministic recording \[s\].
 const FLUSH_FRACTURE_SIMULATED: f64 = 0.02;
+
 /// A recording that is complete.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finished {
@@ -40,27 +42,6 @@ pub struct Finished {
     pub path: PathBuf,
     /// What it says, as [`super::inspect`] will read it.
     pub summary: Summary,
-}
-
-/// What viewers' drawings may still take.
-pub(super) struct DrawBudget {
-    /// Whether objects are drawn at all; numbers and centres always are.
-    pub(super) objects: bool,
-    /// Bytes a simulated second \[bytes/s\].
-    pub(super) rate: f64,
-    /// Bytes saved up.
-    pub(super) left: f64,
-    /// When that was \[s\].
-    pub(super) at: f64,
-    /// When all centres were last drawn \[s\].
-    pub(super) overview_at: f64,
-}
-
-impl DrawBudget {
-    fn new(meta: &RunMeta) -> Self {
-        let (rate, overview_at) = (object::rate(meta.duration), f64::NEG_INFINITY);
-        Self { objects: meta.drawings, rate, left: 0.0, at: 0.0, overview_at }
-    }
 }
 
 /// When the recording was last brought onto the disk.
@@ -229,8 +210,10 @@ impl Recorder {
         let object = self.objects.entry(body.object.clone()).or_default();
         object.parts.insert(body.id);
         object.changed = true;
+        let interior = interior_of(&self.meta, &body.object).map(|look| look.colour);
+        let traces = Vec::new();
         self.bodies
-            .insert(body.id, Live { body: body.clone(), shape, row: None, traces: Vec::new() });
+            .insert(body.id, Live { body: body.clone(), shape, row: None, traces, interior });
         Ok(())
     }
 

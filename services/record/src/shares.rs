@@ -1,4 +1,5 @@
-//! How much of what a run broke was solved, and how much was sampled: drawn from a law.
+//! How much of what a run broke was solved, sampled (drawn from a law) and directed (asked for by
+//! the scene).
 
 use cullet_proto::recording::{Body, NewShape, Sampled};
 use serde::{Deserialize, Serialize};
@@ -12,7 +13,7 @@ pub struct Shares {
     pub pieces: u64,
     /// Of these, sampled.
     pub sampled_pieces: u64,
-    /// Share of the pieces that was sampled; the rest was solved \[1\].
+    /// Share of the pieces that was sampled; the rest was solved, or directed \[1\].
     pub sampled: f64,
     /// The same by mass. Grains of debris are sampled: their sizes are drawn \[1\].
     pub sampled_mass: f64,
@@ -24,6 +25,25 @@ pub struct Shares {
     /// \[1\].
     #[serde(default)]
     pub sampled_crack_area: Option<f64>,
+    /// What was directed; nothing, and no key, where nothing was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub directed: Option<DirectedShares>,
+}
+
+/// Of the fragments at the end of a run, those that were divided or joined because the scene asked
+/// for it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DirectedShares {
+    /// How many.
+    pub pieces: u64,
+    /// Share of the pieces \[1\].
+    pub share: f64,
+    /// The same by mass, debris counted \[1\].
+    pub mass: f64,
+    /// Share of the volume that broke, over all fractures \[1\].
+    pub volume: f64,
+    /// The same of the crack area: half of the faces of the directed fragments \[1\].
+    pub crack_area: f64,
 }
 
 /// The part over the whole, in [0, 1]; nothing of nothing.
@@ -47,7 +67,8 @@ impl Shares {
 
 impl fmt::Display for Shares {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let solved = self.pieces - self.sampled_pieces;
+        let directed = self.directed.as_ref().map_or(0, |directed| directed.pieces);
+        let solved = self.pieces - self.sampled_pieces - directed;
         write!(
             f,
             "{solved} of {} pieces solved, {} sampled ({:.0} % of pieces, {:.0} % of their mass)",
@@ -56,6 +77,14 @@ impl fmt::Display for Shares {
             100.0 * self.sampled,
             100.0 * self.sampled_mass
         )?;
+        if let Some(DirectedShares { pieces, share, mass, crack_area, .. }) = &self.directed {
+            let [share, mass, area] = [share, mass, crack_area].map(|share| 100.0 * share);
+            write!(
+                f,
+                ", {pieces} directed ({share:.0} % of pieces, {mass:.0} % of their mass; \
+                 {area:.0} % of the crack area)"
+            )?;
+        }
         match (self.sampled_volume, self.sampled_crack_area) {
             (Some(volume), Some(area)) if self.pieces > 0 => write!(
                 f,
@@ -74,14 +103,16 @@ pub(super) struct Census {
     /// Mass of each fragment \[kg\].
     masses: BTreeMap<u64, f64>,
     sampled: BTreeSet<u64>,
+    directed: BTreeSet<u64>,
     /// Fractures whose fragments are known to be one or the other.
     told: u64,
-    /// Those of them whose volumes and crack areas are known, too, and these: solved, sampled.
+    /// Those of them whose volumes and crack areas are known, too, and these: solved, sampled,
+    /// directed.
     measured: u64,
     /// \[m³\]
-    volume: [f64; 2],
+    volume: [f64; 3],
     /// \[m²\]
-    crack_area: [f64; 2],
+    crack_area: [f64; 3],
 }
 
 impl Census {
@@ -104,10 +135,12 @@ impl Census {
     pub(super) fn mark(&mut self, sampled: &Sampled) {
         self.told += 1;
         self.sampled.extend(&sampled.fragments);
-        let volume = [sampled.solved_volume, sampled.sampled_volume];
-        let area = [sampled.solved_crack_area, sampled.sampled_crack_area];
-        self.measured += u64::from(volume != [0.0; 2]);
-        for k in 0..2 {
+        self.directed.extend(&sampled.directed);
+        let volume = [sampled.solved_volume, sampled.sampled_volume, sampled.directed_volume];
+        let Sampled { solved_crack_area, sampled_crack_area, directed_crack_area, .. } = *sampled;
+        let area = [solved_crack_area, sampled_crack_area, directed_crack_area];
+        self.measured += u64::from(volume != [0.0; 3]);
+        for k in 0..3 {
             self.volume[k] += volume[k];
             self.crack_area[k] += area[k];
         }
@@ -124,10 +157,19 @@ impl Census {
         let mass = self.masses.values().sum::<f64>() + debris;
         let sampled = drawn().map(|(_, mass)| mass).sum::<f64>() + debris;
         let measured = self.measured >= fractures;
-        let part = |[solved, sampled]: [f64; 2]| share(sampled, solved + sampled);
+        let part = |of: [f64; 3], k: usize| share(of[k], of.iter().sum());
+        let asked = || self.masses.iter().filter(|(id, _)| self.directed.contains(id));
+        let directed = asked().count() as u64;
         Some(Shares {
-            sampled_volume: measured.then(|| part(self.volume)),
-            sampled_crack_area: measured.then(|| part(self.crack_area)),
+            sampled_volume: measured.then(|| part(self.volume, 1)),
+            sampled_crack_area: measured.then(|| part(self.crack_area, 1)),
+            directed: (!self.directed.is_empty()).then(|| DirectedShares {
+                pieces: directed,
+                share: share(directed as f64, pieces.0 as f64),
+                mass: share(asked().map(|(_, mass)| mass).sum(), mass),
+                volume: part(self.volume, 2),
+                crack_area: part(self.crack_area, 2),
+            }),
             ..Shares::of(pieces, (mass, sampled))
         })
     }
@@ -153,6 +195,10 @@ mod tests {
         assert!((shares.sampled_mass - 0.4).abs() < 1e-12, "grains of 1 kg are sampled");
         let line = "1 of 3 pieces solved, 2 sampled (67 % of pieces, 40 % of their mass)";
         assert_eq!(shares.to_string(), line);
+        census.mark(&Sampled { body: 9, directed: vec![1], ..Sampled::default() });
+        let line = "0 of 3 pieces solved, 2 sampled (67 % of pieces, 40 % of their mass), 1 \
+                    directed (33 % of pieces, 60 % of their mass; 0 % of the crack area)";
+        assert_eq!(census.shares(1, 1.0).map(|shares| shares.to_string()).as_deref(), Some(line));
         census.gone(2);
         assert_eq!(census.shares(1, 0.0).map(|shares| shares.pieces), Some(2));
     }

@@ -194,6 +194,7 @@ impl Tally {
             EVENTS => self.event(&decode(topic, log_time, payload)?),
             JOBS => {
                 let report: JobReport = decode(topic, log_time, payload)?;
+                self.directed.report(&report);
                 if !report.solver.is_empty() {
                     *self.summary.solvers.entry(report.solver).or_default() += 1;
                 }
@@ -208,7 +209,11 @@ impl Tally {
                 self.at(window.end_step(), window.time);
                 self.sheets.window(&window);
             }
-            SAMPLED => self.census.mark(&decode(topic, log_time, payload)?),
+            SAMPLED => {
+                let told = decode(topic, log_time, payload)?;
+                self.census.mark(&told);
+                self.directed.pieces(&told);
+            }
             POOL => {
                 let report: PoolReport = decode(topic, log_time, payload)?;
                 let jobs = &mut self.summary.jobs;
@@ -320,7 +325,7 @@ impl Tally {
             smallest_volume_ratio: self.smallest.unwrap_or(1.0),
             digest: self.digest.hex(),
             sheets: self.sheets.totals(),
-            directed: self.directed.totals(),
+            directed: self.directed.totals(text("painted").parse().unwrap_or_default()),
             shares: self.census.shares(self.summary.fractures, self.summary.grain_mass),
             ..self.summary.clone()
         }

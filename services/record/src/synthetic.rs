@@ -76,6 +76,8 @@ pub fn meta() -> RunMeta {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         materials: BTreeMap::from([("brick".to_owned(), "E 15 GPa".to_owned())]),
         view: None,
+        interiors: BTreeMap::new(),
+        painted: 0,
         drawings: true,
         deterministic: true,
     }

@@ -2,9 +2,9 @@
 
 use cullet_geometry::Vec3;
 use cullet_plan::AccuracyTarget;
-use cullet_record::{RunMeta, Summary, View};
+use cullet_record::{InteriorLook, RunMeta, Summary, View};
 use cullet_scene::format::Fidelity;
-use cullet_scene::{Observed, Scene, SceneMaterial};
+use cullet_scene::{Observed, Scene, SceneBody, SceneMaterial};
 use cullet_world::Replacement;
 use std::collections::BTreeMap;
 
@@ -42,9 +42,19 @@ pub(super) fn meta(scene: &Scene) -> RunMeta {
             start: view.start,
             end: view.end,
         }),
+        interiors: scene.bodies.iter().filter_map(interior).collect(),
+        painted: scene.bodies.iter().filter(|body| body.is_painted()).count() as u64,
         drawings: scene.recording.drawings,
         deterministic: false,
     }
+}
+
+/// What an object looks like inside, where the scene says so.
+fn interior(body: &SceneBody) -> Option<(String, InteriorLook)> {
+    let look = body.interior?;
+    let colour = look.colour.map(|part| part as f32);
+    let roughness = look.roughness as f32;
+    Some((body.name.clone(), InteriorLook { colour, roughness }))
 }
 
 /// The files of the scene, the overrides it was run with, and its materials.

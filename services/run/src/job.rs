@@ -3,8 +3,8 @@
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_model::{
-    BodyShape, BondedSolid, BrittleSettings, JohnsonCook, Law, Material, PointPrecision, Problem,
-    Settings, StrengthField, Treatment,
+    ArtDirection, BodyShape, BondedSolid, BrittleSettings, JohnsonCook, Law, Material,
+    PointPrecision, Problem, Settings, StrengthField, Treatment,
 };
 use cullet_plan::{AccuracyTarget, Policy, SolveLimits, SolveOrder, family};
 use cullet_proto::job::{MAX_IMPACTS, MAX_SUPPORTS};
@@ -27,6 +27,8 @@ pub(super) struct Choice {
     plasticity: Option<JohnsonCook>,
     /// Its bonds, where it is solved as points and bonds.
     bonds: BondedSolid,
+    /// How it is to come apart, until it has.
+    pub(super) direction: Option<Arc<ArtDirection>>,
 }
 
 impl Choice {
@@ -54,7 +56,8 @@ impl Choice {
         let precise = defaults.precision.is_some();
         let (solver, treatment) = (body.solver.name().map(str::to_owned), body.material.treatment);
         let (plasticity, bonds) = (body.material.plasticity, body.material.bonds);
-        Self { solver, settings, precise, strength, treatment, plasticity, bonds }
+        let direction = body.direction.clone();
+        Self { solver, settings, precise, strength, treatment, plasticity, bonds, direction }
     }
 
     /// Of a body that does not break.
@@ -67,6 +70,7 @@ impl Choice {
             treatment: None,
             plasticity: None,
             bonds: BondedSolid::default(),
+            direction: None,
         }
     }
 
@@ -145,11 +149,12 @@ impl Choice {
     }
 
     /// A fragment keeps the flaws and the paint of the body it comes from, and what was done to its
-    /// glass unless dicing has set that free; `centre`: where its own origin was in that body's
-    /// frame \[m\].
+    /// glass unless dicing has set that free, but no direction; `centre`: where its own origin was
+    /// in that body's frame \[m\].
     pub(super) fn of_fragment(&self, centre: &Vec3) -> Self {
         let mut choice = self.clone();
         choice.strength.offset += centre;
+        choice.direction = None;
         choice.treatment = choice.treatment.filter(|it| !matches!(it, Treatment::Toughened { .. }));
         choice
     }
@@ -221,7 +226,10 @@ fn strongest(hits: &[Hit]) -> Vec<&Hit> {
 mod tests {
     use super::Choice;
     use cullet_geometry::Vec3;
-    use cullet_model::{BondedSolid, PointPrecision, Settings, StrengthField, Treatment};
+    use cullet_model::{
+        ArtDirection, BondedSolid, PointPrecision, Settings, StrengthField, Treatment,
+    };
+    use std::sync::Arc;
 
     #[test]
     fn a_solve_without_a_grid_leaves_the_spacing_as_it_was() {
@@ -229,9 +237,10 @@ mod tests {
         let strength = StrengthField::even();
         let treatment = Some(Treatment::Toughened { surface_stress: 90e6 });
         let (solver, precise, plasticity) = (None, false, None);
+        let direction = Some(Arc::new(ArtDirection { pieces: Some(9), ..ArtDirection::default() }));
         let bonds = BondedSolid::default();
         let mut choice =
-            Choice { solver, settings, precise, strength, treatment, plasticity, bonds };
+            Choice { solver, settings, precise, strength, treatment, plasticity, bonds, direction };
         choice.no_finer_than(0.0);
         assert_eq!(choice.settings.spacing, None);
         choice.no_finer_than(0.01);
@@ -241,6 +250,7 @@ mod tests {
         assert_eq!(part.strength.offset, Vec3::new(2.0, 0.0, -0.5));
         assert_eq!(part.settings.spacing, Some(0.01));
         assert_eq!((choice.treatment, part.treatment), (treatment, None));
+        assert!(choice.direction.is_some() && part.direction.is_none(), "only the first fracture");
         // An error that is good enough is reported, and f32 is good enough for it.
         let asked = |choice: &Choice, error| {
             let settings = choice.on_grid(0.02, error).settings;

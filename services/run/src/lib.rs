@@ -390,7 +390,8 @@ impl SceneRun<'_> {
         let seed = hit.map_or(self.scene.world.seed, |hit| hit.seed);
         let problem = job::problem(&view, &pending.hits, order, choice, seed);
         let fallback = fallback.map(str::to_owned);
-        let job = FractureJob { solver: order.family.clone(), fallback, problem };
+        let direction = choice.direction.as_deref().cloned();
+        let job = FractureJob { solver: order.family.clone(), fallback, problem, direction };
         pending.asked = job.solver.clone();
         pending.id = self.pool.open(WantedJob::Fracture(&job));
         let (solver, reason) = (pending.asked.clone(), reasons.join("; "));

@@ -4,8 +4,8 @@ use super::{News, Outcome, Pending, RunError, SceneRun, convert, number};
 use cullet_geometry::{Sheet, Vec3};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BodyShape, Deformation, Figure, Fragment, Fragmentation, Report, SolveOutcome as Solved,
-    SolvedShares,
+    BodyShape, Deformation, Figure, Fragment, FragmentOrigin, Fragmentation, Report,
+    SolveOutcome as Solved, SolvedShares,
 };
 use cullet_plan::{Next, family};
 use cullet_pool::{JobEnding, Settlement};
@@ -163,7 +163,7 @@ impl SceneRun<'_> {
         let moved = sheets.iter().zip(&centres).map(|(sheet, centre)| sheet.translated(-centre));
         let parts: Vec<(Vec3, Sheet)> = centres.iter().copied().zip(moved).collect();
         let shares = broken.shares();
-        let Fragmentation { mut fragments, sampled, debris, reactions, report } = broken;
+        let Fragmentation { mut fragments, origins, debris, reactions, report } = broken;
         // Crack faces without a parent are those of this fracture.
         fragments.iter_mut().for_each(|f| f.solid.name_parent(job.body.0));
         let breakage = Breakage {
@@ -175,9 +175,9 @@ impl SceneRun<'_> {
         };
         match self.world.break_up(job.body, &job.hits, breakage) {
             Ok(done) => {
-                let drawn = shares.map(|shares| (drawn(&done, &sampled), shares));
+                let made = shares.map(|shares| (done.fragments.clone(), origins, shares));
                 self.replaced(&job, &done, &parts, report.spacing)?;
-                self.told_of(&job, &done, drawn)
+                self.told_of(&job, &done, made)
             }
             Err(error) => self.kept(&job, error.to_string()),
         }
@@ -199,8 +199,12 @@ impl SceneRun<'_> {
             Err(error) => return self.kept(&job, error.to_string()),
         };
         if let Some(origin) = self.origins.get_mut(&job.body) {
+            let direction = origin.choice.direction.take();
             *origin = origin.of_part(&centre);
             job.directed.iter().for_each(|hit| origin.choice.with_flaws_of(&hit.choice));
+            // It has not come apart yet.
+            let moved = direction.map(|direction| Arc::new(direction.moved(&-centre)));
+            origin.choice.direction = moved;
             origin.choice.no_finer_than(report.spacing);
         }
         self.record_shape(job.body)?;
@@ -255,23 +259,32 @@ impl SceneRun<'_> {
         Ok(())
     }
 
-    /// Says what a body has broken into, and records which of that was sampled, if it is known.
+    /// Says what a body has broken into, and records which of that was sampled and which directed,
+    /// if it is known.
     fn told_of(
         &mut self,
         job: &Pending,
         done: &Replacement,
-        sampled: Option<(Vec<u64>, SolvedShares)>,
+        made: Option<(Vec<BodyId>, Vec<FragmentOrigin>, SolvedShares)>,
     ) -> Result<(), RunError> {
         let (all, grains) = (done.fragments.len(), done.grains.len());
         let first = done.fragments.first().and_then(|id| self.origins.get(id));
         let object = first.map_or_else(String::new, |origin| origin.object.clone());
         let debris = if grains > 0 { format!(" and {grains} grains") } else { String::new() };
-        let shares = sampled.as_ref().map(|(sampled, _)| {
-            let drawn = sampled.len();
-            format!(": {} solved, {drawn} sampled", all - drawn)
+        let of = |origin: FragmentOrigin| -> Vec<u64> {
+            let (ids, origins) = made.as_ref().map_or((&[][..], &[][..]), |it| (&it.0, &it.1));
+            let own = ids.iter().zip(origins).filter(|(_, own)| **own == origin);
+            own.map(|(&id, _)| number(id)).collect()
+        };
+        let (fragments, directed) = (of(FragmentOrigin::Sampled), of(FragmentOrigin::Directed));
+        let shares = made.as_ref().map(|_| {
+            let (drawn, asked) = (fragments.len(), directed.len());
+            let asked_for = if asked > 0 { format!(", {asked} directed") } else { String::new() };
+            format!(": {} solved, {drawn} sampled{asked_for}", all - drawn - asked)
         });
         self.say(format!("{object} breaks into {all}{debris}{}", shares.unwrap_or_default()));
-        if let Some((fragments, SolvedShares { solved, sampled })) = sampled {
+        if let Some((.., shares)) = made {
+            let SolvedShares { solved, sampled, directed: asked } = shares;
             self.recorder.sampled(&recording::Sampled {
                 step: self.world.step_count(),
                 time: self.world.time(),
@@ -282,6 +295,9 @@ impl SceneRun<'_> {
                 sampled_volume: sampled.volume,
                 solved_crack_area: solved.crack_area,
                 sampled_crack_area: sampled.crack_area,
+                directed,
+                directed_volume: asked.volume,
+                directed_crack_area: asked.crack_area,
             })?;
         }
         Ok(())
@@ -386,12 +402,6 @@ fn tier(tier: cullet_world::Tier) -> recording::Tier {
         cullet_world::Tier::Large => recording::Tier::Large,
         cullet_world::Tier::Whole => recording::Tier::Whole,
     }
-}
-
-/// The fragments that were sampled, by number.
-fn drawn(done: &Replacement, sampled: &[bool]) -> Vec<u64> {
-    let marked = done.fragments.iter().zip(sampled).filter(|(_, sampled)| **sampled);
-    marked.map(|(&id, _)| number(id)).collect()
 }
 
 /// The supports of a job with what the solver says that they gave; nothing where it knows none.

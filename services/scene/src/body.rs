@@ -2,7 +2,7 @@
 
 use super::context::ResolveContext;
 use super::direction::MIN_LENGTH;
-use super::format::{Anchor, Body, Fracture, ObjectsChoice, Rotation, SolverChoice};
+use super::format::{Anchor, Body, Fracture, Interior, ObjectsChoice, Rotation, SolverChoice};
 use super::geometry::{BodyGeometry, GeometrySource, MAX_SIZE, ObjectSource, bounds};
 use super::material::SceneMaterial;
 use super::parts::PlacedShape;
@@ -14,7 +14,7 @@ use cullet_document::error::suggest;
 use cullet_document::files::key;
 use cullet_document::tree::{Path, join};
 use cullet_geometry::{Pose, Quat, Vec3};
-use cullet_model::StrengthField;
+use cullet_model::{ArtDirection, StrengthField};
 use cullet_plan::family;
 use cullet_world::KeyframedPath;
 use std::sync::Arc;
@@ -62,6 +62,9 @@ pub(super) struct BodyTemplate {
     /// How it is driven, if it is.
     pub(super) drive: Option<Arc<KeyframedPath>>,
     pub(super) group: Option<String>,
+    /// How it is to come apart, if the scene says so.
+    pub(super) direction: Option<Arc<ArtDirection>>,
+    pub(super) interior: Option<Interior>,
 }
 
 /// A shape of a body, and the object of the mesh file that it is made of, where each is a body.
@@ -104,13 +107,8 @@ impl ResolveContext<'_> {
             }
         }
         let solver = body.solver.clone().unwrap_or_else(|| defaults.solver.clone());
-        for (_, geometry) in shapes.iter().filter(|_| wanted) {
-            let unfit = treatment::unfit(material.treatment, &geometry.solid, &solver)
-                .or_else(|| yields(&material, &solver))
-                .or_else(|| bonds::unfit(&material, !body.paint.is_empty(), &solver));
-            if let Some((key, why)) = unfit {
-                self.wrong(&join(path, key), why);
-            }
+        if wanted {
+            self.unfit(body, (&material, &solver), &shapes, path);
         }
         if driven && shapes.len() > 1 {
             let count = shapes.len();
@@ -118,10 +116,12 @@ impl ResolveContext<'_> {
             let key = if body.animation.is_some() { "animation" } else { "keyframes" };
             self.wrong(&join(path, key), message);
         }
+        let direction = self.direction_of((body, wanted), &shapes, defaults, path);
+        let held = direction.as_deref();
         let anchors = anchors(body.anchor, &shapes);
         let mut templates = Vec::with_capacity(shapes.len());
         for ((object, geometry), anchor) in shapes.into_iter().zip(anchors) {
-            let strength = Arc::new(strength(self, body, path, &material, &geometry));
+            let strength = Arc::new(strength(self, body, path, &material, &geometry, held));
             let at_rest = TemplatePlacement { rotation, position: body.position.into(), anchor };
             let keyframes = self.keyframes(body, at_rest, path);
             let told = self.errors.len() > before;
@@ -150,9 +150,29 @@ impl ResolveContext<'_> {
                 solver: solver.clone(),
                 drive,
                 group: body.group.clone(),
+                direction: direction.clone(),
+                interior: body.interior,
             });
         }
         (self.errors.len() == before).then_some(templates)
+    }
+
+    /// Notes why the family that is asked for cannot break the shapes of a body.
+    fn unfit(
+        &mut self,
+        body: &Body,
+        (material, solver): (&SceneMaterial, &SolverChoice),
+        shapes: &[ObjectGeometry],
+        path: &Path,
+    ) {
+        for (_, geometry) in shapes {
+            let unfit = treatment::unfit(material.treatment, &geometry.solid, solver)
+                .or_else(|| yields(material, solver))
+                .or_else(|| bonds::unfit(material, !body.paint.is_empty(), solver));
+            if let Some((key, why)) = unfit {
+                self.wrong(&join(path, key), why);
+            }
+        }
     }
 
     fn material(&mut self, body: &Body, path: &Path) -> Option<Arc<SceneMaterial>> {

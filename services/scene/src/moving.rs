@@ -180,7 +180,12 @@ impl ResolveContext<'_> {
         Some(BodyGrip { region: region?, path: rows, turn, until: grip.until })
     }
 
-    fn body_part(&mut self, part: BodyPart, origin: Vec3, path: &Path) -> Option<BodyRegion> {
+    pub(super) fn body_part(
+        &mut self,
+        part: BodyPart,
+        origin: Vec3,
+        path: &Path,
+    ) -> Option<BodyRegion> {
         let place = |at: [f64; 3]| Vec3::from(at) + origin;
         match (part.low, part.high, part.centre, part.radius) {
             (Some(low), Some(high), None, None) if (0..3).all(|k| low[k] <= high[k]) => {

@@ -405,6 +405,8 @@ impl Builder<'_> {
                 repairs: template.geometry.repairs.clone(),
                 drive: template.drive.clone(),
                 group: template.group.clone(),
+                direction: template.direction.clone(),
+                interior: template.interior,
             });
             self.paths.push(path.clone());
         }
@@ -444,12 +446,7 @@ impl Builder<'_> {
                 self.context.warnings.push(format!("{}: {line}", body.name));
             }
         }
-        if let Some(draft) = self.document.fidelity.draft {
-            let line = format!(
-                "a draft, {draft} times cheaper: what breaks, and where, can differ from the whole run"
-            );
-            self.context.warnings.push(line);
-        }
+        self.context.warnings.extend(self.document.fidelity.warning());
         let soft = !self.moving.is_empty();
         let found = preflight::warnings(&self.document.world, &self.bodies, soft, &directions);
         self.context.warnings.extend(found);

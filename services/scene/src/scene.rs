@@ -7,7 +7,7 @@ use super::moving::SceneMovingBody;
 use cullet_document::{Bundle, SceneFile};
 use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
-use cullet_model::StrengthField;
+use cullet_model::{ArtDirection, StrengthField};
 use cullet_world::KeyframedPath;
 use std::sync::Arc;
 
@@ -63,6 +63,18 @@ pub struct SceneBody {
     pub drive: Option<Arc<KeyframedPath>>,
     /// The group that it is in.
     pub group: Option<String>,
+    /// How it is to come apart where the scene says so, in its own frame.
+    pub direction: Option<Arc<ArtDirection>>,
+    /// What it looks like inside, where the scene says so.
+    pub interior: Option<format::Interior>,
+}
+
+impl SceneBody {
+    /// Whether the scene painted its strength, or holds parts of it whole.
+    #[must_use]
+    pub fn is_painted(&self) -> bool {
+        !self.strength.strokes.is_empty() || self.strength.vertices.is_some()
+    }
 }
 
 /// A scene, checked and complete.
@@ -114,12 +126,12 @@ impl Scene {
         }
     }
 
-    /// Whether anything of it is directed: driven bodies, joints, glue, fields or bounds.
+    /// Whether anything of it is directed: driven bodies, joints, glue, fields, bounds or pieces.
     #[must_use]
     pub fn is_directed(&self) -> bool {
         self.directions != SceneDirections::default()
             || self.world.bounds.is_some()
-            || self.bodies.iter().any(|body| body.drive.is_some())
+            || self.bodies.iter().any(|body| body.drive.is_some() || body.direction.is_some())
     }
 
     /// How many steps the run takes.

@@ -5,12 +5,13 @@ use super::direction::direction;
 use super::format::{self, Body, Channel, Paint};
 use super::geometry::BodyGeometry;
 use super::material::SceneMaterial;
+use super::score_line::ScoreLine;
 use cullet_document::check::tell;
 use cullet_document::files::key;
 use cullet_document::tree::{Path, join};
 use cullet_geometry::Vec3;
-use cullet_model::strength::{Region, StrengthLayers, Stroke, VertexPaint};
-use cullet_model::{PatternWeakPlane, StrengthField};
+use cullet_model::strength::{Region, StrengthLayers, Stroke, VertexPaint, weakest_painted};
+use cullet_model::{ArtDirection, BodyRegion, PatternWeakPlane, StrengthField};
 use cullet_proto::strength::MAX_STROKES;
 use std::sync::Arc;
 
@@ -24,13 +25,10 @@ pub(super) fn strength(
     path: &Path,
     material: &SceneMaterial,
     geometry: &BodyGeometry,
+    direction: Option<&ArtDirection>,
 ) -> StrengthField {
     let mut field = StrengthField { offset: -geometry.origin, ..unpainted(material) };
     let (own, path) = (path, join(path, "paint"));
-    if body.paint.len() > MAX_STROKES {
-        let message = format!("at most {MAX_STROKES} items; it has {}", body.paint.len());
-        context.wrong(&path, message);
-    }
     for (index, paint) in body.paint.iter().enumerate() {
         let path = join(&path, index);
         if let Paint::Corners { .. } = paint {
@@ -40,10 +38,23 @@ pub(super) fn strength(
             field.vertices = corners(context, (body, own), (paint, &path), geometry);
             continue;
         }
+        if let Paint::Line { points, width, depth, factor } = paint {
+            let line = ScoreLine { points, width: *width, depth: *depth, factor: *factor };
+            let grooves = line.grooves(context, geometry, &path);
+            field.strokes.extend(grooves);
+            continue;
+        }
         match stroke(paint) {
             Ok(stroke) => field.strokes.extend(stroke),
             Err((key, why)) => context.wrong(&join(&path, key), why),
         }
+    }
+    let whole = direction.iter().flat_map(|direction| &direction.whole);
+    field.strokes.extend(whole.map(|region| held(region, -geometry.origin)));
+    let most = body.paint.len().max(field.strokes.len());
+    if most > MAX_STROKES {
+        let message = format!("at most {MAX_STROKES} items and pieces of lines; it has {most}");
+        context.wrong(&path, message);
     }
     field
 }
@@ -88,6 +99,16 @@ fn corners(
     };
     let points = corners.points.iter().map(|p| geometry.placed(p)).collect();
     Some(Arc::new(VertexPaint { points, factors, reach: *reach }))
+}
+
+/// What stays whole is as strong as paint can make it; `offset`: from the body's frame to the
+/// pattern's \[m\].
+fn held(region: &BodyRegion, offset: Vec3) -> Stroke {
+    let region = match *region {
+        BodyRegion::Ball { centre, radius } => Region::Sphere { centre: centre + offset, radius },
+        BodyRegion::Box { low, high } => Region::Box { low: low + offset, high: high + offset },
+    };
+    Stroke { region, factor: FACTORS.1, edge: 0.0 }
 }
 
 /// One factor a line.
@@ -161,14 +182,14 @@ fn stroke(paint: &Paint) -> Result<Option<Stroke>, (&'static str, String)> {
             }
             (Region::Cylinder { from: from.into(), to: to.into(), radius }, factor, edge)
         }
-        Paint::Corners { .. } => return Ok(None),
+        Paint::Line { .. } | Paint::Corners { .. } => return Ok(None),
     };
     Ok(Some(Stroke { region, factor, edge }))
 }
 
 /// The least share of σ_f that the scene itself gave a part of a body \[1\]; flaws apart.
 pub(super) fn weakest(field: &StrengthField) -> f64 {
-    let painted: f64 = field.strokes.iter().map(|stroke| stroke.factor.min(1.0)).product();
+    let painted = weakest_painted(&field.strokes);
     let corners = field.vertices.iter().flat_map(|paint| &paint.factors);
     let corner = corners.copied().fold(1.0, f64::min);
     let layers = field.layers.map_or(1.0, |layers| layers.ratio.min(1.0));

@@ -8,6 +8,7 @@ mod directed;
 mod draft;
 mod dynamic;
 mod objects;
+mod pieces;
 mod places;
 mod plasticity;
 mod sheets;

@@ -389,7 +389,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
             ));
         }
         let parts = partition.parts.len();
-        let mut sampled = found.pieces.sampled(&partition.particle_part, parts);
+        let mut origins = found.pieces.origins(&partition.particle_part, parts);
         let motions = found.motions(&partition.particle_part, parts);
         let finish = Finish {
             problem: &self.local,
@@ -402,8 +402,8 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         report.warnings.extend(warnings);
         let reactions = self.reactions();
         // Debris is the last of them.
-        sampled.truncate(fragments.len());
-        let fracture = Fragmentation { fragments, sampled, debris, reactions, report };
+        origins.truncate(fragments.len());
+        let fracture = Fragmentation { fragments, origins, debris, reactions, report };
         Ok(frame::from_local(fracture, &self.wall.pose))
     }
 }

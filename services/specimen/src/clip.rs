@@ -54,6 +54,17 @@ fn cut_region(piece: &mut Vec<Vec3>, region: &Region, slack: f64) {
             cut(piece, &to, &axis, slack);
             cut_round(piece, &from, &axis, radius, slack);
         }
+        Region::Groove { from, to, inward, half_width } => {
+            let (axis, down) = ((to - from).normalize(), inward.normalize());
+            for (way, reach) in
+                [(axis, (to - from).norm()), (down, inward.norm()), (axis.cross(&down), 0.0)]
+            {
+                let middle = 0.5 * (from + to + inward);
+                let arm = way * (0.5 * reach + half_width);
+                cut(piece, &(middle + arm), &way, slack);
+                cut(piece, &(middle - arm), &-way, slack);
+            }
+        }
         Region::Sphere { centre, radius } => {
             let (first, area) = (piece.first().copied(), measure(piece).1);
             let (Some(first), Some(normal)) = (first, area.try_normalize(0.0)) else {

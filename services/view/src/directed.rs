@@ -1,6 +1,6 @@
 //! Figures of what directed a run.
 
-use cullet_record::DirectedTotals;
+use cullet_record::{DirectedShares, DirectedTotals};
 
 /// What the scene directed, and neither a solver solved nor a law sampled.
 pub(crate) fn directed_figures(directed: &DirectedTotals) -> Vec<(&'static str, String)> {
@@ -23,5 +23,24 @@ pub(crate) fn directed_figures(directed: &DirectedTotals) -> Vec<(&'static str, 
     if directed.hits > 0 {
         rows.push(("directed: hits with settings of their own", count(directed.hits)));
     }
+    if directed.painted > 0 {
+        rows.push(("directed: bodies of painted strength", count(directed.painted)));
+    }
+    if directed.pieces > 0 {
+        let [added, closed] =
+            [directed.added_crack_area, directed.closed_crack_area].map(|a| format!("{a:.3e} m²"));
+        rows.push(("directed: crack area added, at no cost of energy", added));
+        rows.push(("directed: crack area closed, its energy spent", closed));
+    }
     rows
+}
+
+/// What of the fragments was directed.
+pub(crate) fn directed_shares(shares: &DirectedShares) -> [(&'static str, String); 3] {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    [
+        ("directed pieces, of those at the end", percent(shares.share)),
+        ("their share of the mass", percent(shares.mass)),
+        ("directed share of the crack area", percent(shares.crack_area)),
+    ]
 }

@@ -1,6 +1,6 @@
 //! The page of a run: what the recording says, as the viewer reads it.
 
-use crate::directed::directed_figures;
+use crate::directed::{directed_figures, directed_shares};
 use crate::page::{packed, page};
 use cullet_proto::recording::{
     Body, EventKind, JobReport, Ledger, NewShape, RunEvent, Sampled, Tier,
@@ -58,7 +58,7 @@ struct BodyRow {
     volume: f64,
     birth: f64,
     end: Option<f64>,
-    /// How it came to be: by which solver, solved or sampled.
+    /// How it came to be: by which solver, solved, sampled or directed.
     origin: Option<String>,
     damage: Option<[f64; 2]>,
 }
@@ -79,6 +79,7 @@ struct FractureRow {
     solver: String,
     fragments: usize,
     sampled: usize,
+    directed: usize,
     mass_error: f64,
     momentum_error: f64,
     energy_before: f64,
@@ -201,6 +202,7 @@ fn figures(summary: &Summary) -> Vec<(&'static str, String)> {
         rows.extend(volume.map(|text| ("sampled share of the broken volume", text)));
         let area = shares.sampled_crack_area.map(percent);
         rows.extend(area.map(|text| ("sampled share of the crack area", text)));
+        rows.extend(shares.directed.iter().flat_map(directed_shares));
     }
     if let Some(directed) = &summary.directed {
         rows.extend(directed_figures(directed));
@@ -231,7 +233,7 @@ fn ends(recording: &Recording) -> BTreeMap<u64, f64> {
 fn bodies(recording: &Recording) -> Vec<BodyRow> {
     let ends = ends(recording);
     let solvers = answers(recording);
-    let sampled = sampled(recording);
+    let origins = recording.origins();
     let damage: BTreeMap<&[u8], Option<[f64; 2]>> = recording
         .geometries
         .iter()
@@ -241,11 +243,8 @@ fn bodies(recording: &Recording) -> Vec<BodyRow> {
     let row = |body: &Body| {
         let origin = body.parent.map(|parent| {
             let solver = solvers.get(&parent).map_or("", |report| &report.solver[..]);
-            let kind = match sampled.get(&parent) {
-                Some(of) if of.fragments.contains(&body.id) => "sampled",
-                Some(_) => "solved",
-                None => "not recorded whether solved or sampled",
-            };
+            let kind = origins.get(&body.id).map(|origin| origin.word());
+            let kind = kind.unwrap_or("not recorded whether solved or sampled");
             format!("{solver} ({kind})")
         });
         BodyRow {
@@ -296,6 +295,7 @@ fn fractures(recording: &Recording, name: &dyn Fn(u64) -> String) -> Vec<Fractur
             solver: report.map_or_else(String::new, |report| report.solver.clone()),
             fragments: event.fragments.len(),
             sampled: sampled.get(&body).map_or(0, |of| of.fragments.len()),
+            directed: sampled.get(&body).map_or(0, |of| of.directed.len()),
             mass_error: ledger.mass_rel_error,
             momentum_error: ledger.momentum_rel_error,
             energy_before,

@@ -1,6 +1,7 @@
 //! A job, from the problem to the verdict.
 
 use crate::families::by_name;
+use cullet_fragment::directed::direct;
 use cullet_model::{
     ContinuumEntry, Failure, PointPrecision, Progress, Refusal, SolveInProgress, SolveOutcome,
     SolverEntry,
@@ -74,7 +75,19 @@ enum Solved {
 /// did not.
 #[must_use]
 pub fn by_table(job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
-    with_lookup(job, watch, by_name)
+    directed(job, with_lookup(job, watch, by_name)?, watch)
+}
+
+/// What broke, as the scene wants it to come apart, if it says so.
+fn directed(job: &FractureJob, verdict: Verdict, watch: &JobControl) -> Option<Verdict> {
+    match (verdict, &job.direction) {
+        (Verdict::Solved(SolveOutcome::Broken(found)), Some(direction)) => {
+            let cancelled = || watch.cancelled();
+            let made = direct(*found, &job.problem, direction, &cancelled)?;
+            Some(Verdict::Solved(made.into()))
+        }
+        (verdict, _) => Some(verdict),
+    }
 }
 
 fn with_lookup(
@@ -154,7 +167,9 @@ fn words(panic: &(dyn Any + Send)) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cullet_model::{Cost, Fragmentation, Problem, Report, Solver};
+    use cullet_model::{
+        ArtDirection, Cost, FragmentOrigin, Fragmentation, Problem, Report, Solver,
+    };
 
     struct Slow(u32);
 
@@ -303,6 +318,31 @@ mod tests {
         assert_eq!(watch.permille(), 750);
         watch.cancel();
         assert_eq!(with_lookup(&job("slow", None), &watch, lookup), None);
+    }
+
+    /// Whatever family found the fragments.
+    #[test]
+    fn what_broke_comes_apart_as_the_scene_wants() {
+        let mut job = FractureJob::smallest("geometric", 3);
+        job.problem.impacts[0].energy = 1e4;
+        job.problem.impacts[0].closing_speed = 60.0;
+        job.problem.settings.max_fragments = 9;
+        let found = |job: &FractureJob| match by_table(job, &JobControl::default()) {
+            Some(Verdict::Solved(outcome)) => outcome.fracture().expect("a fracture"),
+            other => panic!("{other:?}"),
+        };
+        let plain = found(&job);
+        assert!((2..=9).contains(&plain.fragments.len()), "{}", plain.fragments.len());
+        let direction = ArtDirection { pieces: Some(30), ..ArtDirection::default() };
+        job.direction = Some(direction);
+        let made = found(&job);
+        assert!((24..=36).contains(&made.fragments.len()), "{}", made.fragments.len());
+        let directed = made.origins.iter().filter(|it| **it == FragmentOrigin::Directed).count();
+        assert!(directed >= 21, "{directed} directed");
+        assert_eq!(made.report.fracture_energy, plain.report.fracture_energy, "at no cost");
+        let gone = JobControl::default();
+        gone.cancel();
+        assert_eq!(by_table(&job, &gone), None);
     }
 
     #[test]

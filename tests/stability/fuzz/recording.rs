@@ -34,6 +34,8 @@ fn recorded() -> Vec<u8> {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         materials: BTreeMap::from([("brick".to_owned(), "E 15 GPa".to_owned())]),
         view: None,
+        interiors: BTreeMap::new(),
+        painted: 0,
         drawings: true,
         deterministic: true,
     };

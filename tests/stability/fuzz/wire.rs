@@ -6,7 +6,10 @@ use super::timed;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
 use cullet_lab::specimen;
 use cullet_model::strength::{Region, Stroke};
-use cullet_model::{Fragment, Fragmentation, Grain, Law, Report, SolveOutcome, Support};
+use cullet_model::{
+    ArtDirection, BodyRegion, Fragment, FragmentOrigin, Fragmentation, Grain, Law, Report,
+    SolveOutcome, Support,
+};
 use cullet_proto::chunks::{self, Assembly, CHUNK};
 use cullet_proto::claim::{Claim, Reply};
 use cullet_proto::envelope::PREFIX;
@@ -64,7 +67,7 @@ fn verdict() -> Verdict {
     let grain = Grain { position: Vec3::x(), velocity: Vec3::y(), volume: 1e-9, size: 1e-3 };
     Fragmentation {
         fragments: vec![fragment, other],
-        sampled: vec![false, true],
+        origins: vec![FragmentOrigin::Solved, FragmentOrigin::Directed],
         debris: vec![grain],
         reactions: vec![0.5],
         report: Report { warnings: vec!["a word".into()], ..Report::default() },
@@ -106,9 +109,14 @@ fn in_words<T>(result: Result<T, WireError>) -> Option<T> {
 
 #[test]
 fn jobs_and_verdicts() {
-    let seeds = [job().encode().expect("a job"), verdict().encode().expect("a verdict")];
+    let mut directed = job();
+    let (pieces, guides) = (Some(12), vec![Vec3::zeros()]);
+    let whole = vec![BodyRegion::Ball { centre: Vec3::zeros(), radius: 0.01 }];
+    directed.direction = Some(ArtDirection { pieces, guides, whole });
+    let seeds = [job().encode(), verdict().encode(), directed.encode()];
+    let seeds = seeds.map(|sealed| sealed.expect("a message"));
     hold(&seeds, |which, bytes| {
-        if which == 0 {
+        if which != 1 {
             let Some(job) = in_words(FractureJob::decode(bytes)) else { return };
             is_sound(job.problem.body.solid().expect("a solid"));
             assert!(job.problem.law.density().is_finite());

@@ -1,7 +1,7 @@
 //! Materials of a GLB: skin, crack faces, and those of the artist with their pictures.
 
 use super::GlbWriter;
-use crate::looks::{colours, linear};
+use crate::looks::{ObjectLook, linear};
 use crate::pictures::{ArtistMaterial, ExportPicture};
 use crate::surface::FaceKind;
 use crate::timeline::BodyTrack;
@@ -49,9 +49,10 @@ impl<'a> GlbWriter<'a> {
         let body = &track.body;
         let named = &self.timeline.mesh(track).materials;
         if !self.materials.contains_key(&body.object[..]) {
-            let (skin, crack) = colours(&body.material, &body.object, body.fixed);
+            let ObjectLook { skin, crack, roughness: rough } =
+                self.timeline.look(&body.material, &body.object, body.fixed);
             for (kind, part, rgb, roughness) in
-                [(FaceKind::Skin, "skin", skin, 0.5), (FaceKind::Crack, "crack", crack, 0.9)]
+                [(FaceKind::Skin, "skin", skin, 0.5), (FaceKind::Crack, "crack", crack, rough)]
             {
                 let [r, g, b] = linear(rgb);
                 let name = format!("{} {part}", body.object);

@@ -2,7 +2,7 @@
 
 use super::materials::plain;
 use super::{GlbUse, GlbWriter, raw};
-use crate::looks::{colours, linear};
+use crate::looks::linear;
 use crate::surface::{ExportFace, FaceKind};
 use crate::timeline::{BodyTrack, Scenery};
 use gltf::json;
@@ -73,10 +73,11 @@ impl<'a> GlbWriter<'a> {
         if let Some(&known) = self.materials.get(&body.object[..]).and_then(|of| of.get(&kind)) {
             return known;
         }
-        let (_, crack) = colours(&body.material, &body.object, body.fixed);
-        let [r, g, b] = linear(crack);
+        let look = self.timeline.look(&body.material, &body.object, body.fixed);
+        let [r, g, b] = linear(look.crack);
         let name = format!("{} open crack", body.object);
-        let made = Material { double_sided: true, ..plain(name, [r, g, b, 1.0], 0.0, 0.9) };
+        let made =
+            Material { double_sided: true, ..plain(name, [r, g, b, 1.0], 0.0, look.roughness) };
         let made = self.root.push(made);
         self.materials.entry(&body.object).or_default().insert(kind, made);
         made

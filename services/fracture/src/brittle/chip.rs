@@ -16,7 +16,7 @@ use cullet_fragment::cut::{CutError, CutPart, CutSettings, Partition, by_sites};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::{BrittleProblem, Fragment, Fragmentation, Material};
+use cullet_model::{BrittleProblem, Fragment, FragmentOrigin, Fragmentation, Material};
 
 /// Cells a contact radius that show a cone crack (H2).
 const CELLS: f64 = 6.0;
@@ -173,7 +173,8 @@ impl Brittle {
             Fragment { solid: part.solid, hulls: part.hulls, velocity, spin, sheet }
         };
         let most = partition.parts.iter().map(|part| part.volume).fold(0.0, f64::max);
-        fracture.sampled = partition.parts.iter().map(|part| part.volume < most).collect();
+        let origin = |part: &CutPart| FragmentOrigin::of_sampled(part.volume < most);
+        fracture.origins = partition.parts.iter().map(origin).collect();
         fracture.fragments = partition.parts.into_iter().map(piece).collect();
         let report = &mut fracture.report;
         report.crack_area += partition.crack_area;

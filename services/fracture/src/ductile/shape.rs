@@ -11,7 +11,9 @@ use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::shapes::refine_solid;
 use cullet_geometry::{Mat3, Sheet, Vec3};
 use cullet_model::outcome::DELIVERED_IMPULSE;
-use cullet_model::{Deformation, Failure, Fragment, Fragmentation, Report, SolveOutcome, Solver};
+use cullet_model::{
+    Deformation, Failure, Fragment, FragmentOrigin, Fragmentation, Report, SolveOutcome, Solver,
+};
 use rayon::prelude::*;
 
 /// Share of a cell that a place must have moved for good to be worth a new shape, and of the energy
@@ -94,9 +96,9 @@ impl Ductile {
             let made = Deformation { body, hulls, velocity, spin, work, reactions, report };
             return Ok(SolveOutcome::Deformed(Box::new(made)));
         }
-        let sampled = vec![false];
+        let origins = vec![FragmentOrigin::Solved];
         let whole =
-            Fragmentation { fragments, sampled, reactions, report, ..Fragmentation::default() };
+            Fragmentation { fragments, origins, reactions, report, ..Fragmentation::default() };
         Ok(SolveOutcome::Unchanged(Box::new(whole)))
     }
 

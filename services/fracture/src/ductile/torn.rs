@@ -18,7 +18,7 @@ use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::midsurface::vertex_normals;
 use cullet_geometry::shapes::refine_solid;
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::{Failure, Fragmentation, Report};
+use cullet_model::{Failure, FragmentOrigin, Fragmentation, Report};
 use rayon::prelude::*;
 
 /// Longest edge of the new surface in cells \[1\].
@@ -260,8 +260,9 @@ impl<'a> TornShape<'a> {
         let FinishedParts { fragments, debris, warnings } =
             finish.carrying(torn.parts, &motions, &torn.crumbled, [momentum, moment]);
         report.warnings.extend(warnings);
-        let (sampled, reactions) = (vec![false; fragments.len()], self.solve.reactions());
-        Fragmentation { fragments, sampled, debris, reactions, report }
+        let origins = vec![FragmentOrigin::Solved; fragments.len()];
+        let reactions = self.solve.reactions();
+        Fragmentation { fragments, origins, debris, reactions, report }
     }
 }
 

@@ -63,6 +63,13 @@ impl Nearest {
         depths.get(depths.len() * 4 / 5).copied().unwrap_or(0.0) / 0.4
     }
 
+    /// The unit normal of a triangle; `None` if it has no area.
+    #[must_use]
+    pub fn normal(&self, triangle: usize) -> Option<Vec3> {
+        let [a, b, c] = self.corners.get(triangle)?;
+        (b - a).cross(&(c - a)).try_normalize(0.0)
+    }
+
     /// The nearest point of the surface \[m\], its distance \[m\] and its triangle.
     #[must_use]
     pub fn closest(&self, p: Vec3) -> Option<(Vec3, f64, usize)> {

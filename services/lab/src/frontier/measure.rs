@@ -10,7 +10,7 @@ use super::stats::mass_distance;
 use cullet_pool::LinkError;
 use cullet_proto::recording::EventKind;
 use cullet_proto::specimen::SpecimenResult;
-use cullet_record::{RESOLVED_CELLS, Recording, Shares, Summary, fit};
+use cullet_record::{FragmentOrigin, RESOLVED_CELLS, Recording, Shares, Summary, fit};
 use cullet_scene::format::Precision;
 use cullet_scene::load;
 use std::collections::{BTreeMap, BTreeSet};
@@ -159,7 +159,7 @@ struct MeasuredPart {
     mass: f64,
     /// Mass of a cell of the solve that made it \[kg\]; 0 where it had no grid.
     cell: f64,
-    /// Whether it was drawn from a law, and not solved.
+    /// Whether it was drawn from a law or directed, and not solved.
     sampled: bool,
 }
 
@@ -350,7 +350,8 @@ fn parts_of(recording: &Recording) -> Vec<MeasuredPart> {
         .filter_map(|event| event.body)
         .collect();
     let spacing = recording.spacings();
-    let sampled = recording.sampled_fragments();
+    let origins = recording.origins();
+    let found = |id| origins.get(&id).is_none_or(|origin| *origin == FragmentOrigin::Solved);
     let left = recording.bodies.iter().filter(|body| !broken.contains(&body.id));
     left.map(|body| {
         let h = body.parent.and_then(|parent| spacing.get(&parent)).copied().unwrap_or(0.0);
@@ -359,7 +360,7 @@ fn parts_of(recording: &Recording) -> Vec<MeasuredPart> {
             broken: body.generation > 0,
             mass: body.mass,
             cell: h * h * h * body.mass / body.volume,
-            sampled: sampled.contains(&body.id),
+            sampled: !found(body.id),
         }
     })
     .collect()

@@ -37,7 +37,23 @@ pub enum Region {
         /// Radius.
         radius: f64,
     },
+    /// A score line: a straight groove under a line on the surface. Grooves of one factor of which
+    /// each begins where the last ends are one line.
+    Groove {
+        /// One end of the line.
+        from: Vec3,
+        /// The other.
+        to: Vec3,
+        /// From the line to the bottom of the groove, across the line.
+        inward: Vec3,
+        /// Half of its width, beyond its ends and above the surface too; it is never less than
+        /// [`GROOVE`] spacings.
+        half_width: f64,
+    },
 }
+
+/// Least half of the width of a groove in spacings: three columns of points of a solve lie in it.
+pub const GROOVE: f64 = 0.75;
 
 /// A region whose strength is multiplied.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,11 +105,39 @@ impl Region {
                 let across = (x - from - axis * along).norm();
                 corner(&[across - radius, (along - length / 2.0).abs() - length / 2.0])
             }
+            Self::Groove { from, to, inward, half_width } => {
+                let (axis, down) = ((to - from).normalize(), inward.normalize());
+                let middle = 0.5 * (from + to + inward);
+                let reach = [(to - from).norm(), inward.norm()].map(|l| 0.5 * l + half_width);
+                let out = |way: &Vec3, reach: f64| (x - middle).dot(way).abs() - reach;
+                corner(&[
+                    out(&axis.cross(&down), half_width),
+                    out(&axis, reach[0]),
+                    out(&down, reach[1]),
+                ])
+            }
         }
     }
 }
 
 impl Stroke {
+    /// The same for a solve of that spacing \[m\].
+    pub(super) fn resolved(mut self, spacing: f64) -> Self {
+        if let Region::Groove { half_width, .. } = &mut self.region {
+            *half_width = half_width.max(GROOVE * spacing);
+        }
+        self
+    }
+
+    /// Whether it goes on where another ends, as grooves of one line do.
+    fn goes_on(&self, last: &Self) -> bool {
+        match (last.region, self.region) {
+            (Region::Groove { to, .. }, Region::Groove { from, .. }) => {
+                to == from && self.factor == last.factor
+            }
+            _ => false,
+        }
+    }
     /// The factor at a point: smooth over the seam.
     pub(super) fn factor_at(&self, x: &Vec3) -> f64 {
         let distance = self.region.distance(x);
@@ -105,6 +149,23 @@ impl Stroke {
         };
         1.0 + share * (self.factor - 1.0)
     }
+}
+
+/// The product of all factors at a point; the grooves of one line count once.
+pub(super) fn painted(strokes: &[Stroke], x: &Vec3) -> f64 {
+    let lines = strokes.chunk_by(|last, next| next.goes_on(last));
+    let factor = |line: &[Stroke]| match line {
+        [one] => one.factor_at(x),
+        many => many.iter().map(|own| own.factor_at(x)).fold(1.0, f64::min),
+    };
+    lines.map(factor).product()
+}
+
+/// The least product of factors below 1 that strokes can have together.
+#[must_use]
+pub fn weakest_painted(strokes: &[Stroke]) -> f64 {
+    let lines = strokes.chunk_by(|last, next| next.goes_on(last));
+    lines.filter_map(|line| line.first()).map(|own| own.factor.min(1.0)).product()
 }
 
 /// Painted points sorted into cells as wide as the reach.

@@ -161,3 +161,29 @@ fn without_flaws_all_is_one_and_seeds_differ() {
     // The same bits on every machine.
     assert_eq!(format!("{:.15}", seeded(1).factor(&x)), "1.093618315081405");
 }
+
+/// A bent line is weak as deep as its groove, at least one and a half spacings wide, and where its
+/// grooves overlap it is no weaker.
+#[test]
+fn a_scored_line_is_weak_below_it_and_nowhere_else() {
+    let (a, b, c) = (Vec3::zeros(), Vec3::x(), Vec3::new(1.0, 1.0, 0.0));
+    let groove = |from, to| {
+        let region = Region::Groove { from, to, inward: -Vec3::z() * 0.1, half_width: 0.0 };
+        Stroke { region, factor: 0.2, edge: 0.0 }
+    };
+    let field = StrengthField { strokes: vec![groove(a, b), groove(b, c)], ..flawless() };
+    let spacing = 0.02;
+    let strength = Strength::new(&field, spacing);
+    let at = |x: f64, y: f64, z: f64| strength.factor(&Vec3::new(x, y, z));
+    for (x, y) in [(0.5, 0.0), (1.0, 0.5), (1.0, 0.0), (0.5, 0.7 * spacing)] {
+        for z in [0.0, -0.05, -0.1] {
+            assert!((at(x, y, z) - 0.2).abs() < 1e-12, "{} at {x} {y} {z}", at(x, y, z));
+        }
+        assert!((at(x, y, -0.13) - 1.0).abs() < 1e-12, "below it");
+    }
+    assert!((at(0.5, 0.8 * spacing, 0.0) - 1.0).abs() < 1e-12, "beside it");
+    assert!((at(1.1, 1.1, 0.0) - 1.0).abs() < 1e-12, "beyond it");
+    assert!((weakest_painted(&field.strokes) - 0.2).abs() < 1e-12, "it counts once");
+    let apart = [groove(a, b), groove(c, b)];
+    assert!((weakest_painted(&apart) - 0.04).abs() < 1e-12, "two lines");
+}

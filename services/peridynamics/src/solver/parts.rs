@@ -10,7 +10,7 @@ use cullet_fragment::finish::{Finish, FinishedParts, FragmentMotion};
 use cullet_fragment::pieces::Pieces;
 use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::{Mat3, Vec3};
-use cullet_model::{Failure, Fragmentation, SolveOutcome};
+use cullet_model::{Failure, FragmentOrigin, Fragmentation, SolveOutcome};
 
 /// Fewest points of a part that give it a spin and a shape of its own.
 const FEW: usize = 8;
@@ -49,8 +49,8 @@ impl Peridynamics {
         report.warnings.extend(partition.warnings);
         report.warnings.extend(warnings);
         let reactions = self.supports.iter().map(|it| it.given.norm()).collect();
-        let sampled = vec![false; fragments.len()];
-        let found = Fragmentation { fragments, sampled, debris, reactions, report };
+        let origins = vec![FragmentOrigin::Solved; fragments.len()];
+        let found = Fragmentation { fragments, origins, debris, reactions, report };
         Ok(Some(SolveOutcome::Broken(Box::new(found))))
     }
 

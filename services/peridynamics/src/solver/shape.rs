@@ -10,7 +10,7 @@ use cullet_fragment::straightened::Straightened;
 use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::shapes::refine_solid;
 use cullet_geometry::{Mat3, Sheet, Solid, Vec3};
-use cullet_model::{Deformation, Failure, Fragment, Fragmentation, SolveOutcome};
+use cullet_model::{Deformation, Failure, Fragment, FragmentOrigin, Fragmentation, SolveOutcome};
 use rayon::prelude::*;
 
 /// Share of the energy of the hits that must have gone into flow for a new shape \[1\].
@@ -148,9 +148,9 @@ impl Peridynamics {
             let made = Deformation { body, hulls, velocity, spin, work, reactions, report };
             return Ok(SolveOutcome::Deformed(Box::new(made)));
         }
-        let sampled = vec![false];
+        let origins = vec![FragmentOrigin::Solved];
         let whole =
-            Fragmentation { fragments, sampled, reactions, report, ..Fragmentation::default() };
+            Fragmentation { fragments, origins, reactions, report, ..Fragmentation::default() };
         Ok(SolveOutcome::Unchanged(Box::new(whole)))
     }
 }

@@ -1,5 +1,6 @@
 use super::{Experience, HitClass, Next, Refinement};
 use crate::brittle::{AccuracyTarget, Regime, SolvePlan, SpacingBound};
+use cullet_model::outcome::{FOUND_FRAGMENTS, FOUND_LARGEST};
 use cullet_model::{Fragment, Fragmentation, Report};
 
 fn plan(coarsest: f64) -> SolvePlan {
@@ -88,6 +89,34 @@ fn pieces_that_come_with_the_grid_are_told() {
     let Next::Finer(why) = ladder.next(Some(&fine), &mut seen) else { panic!("not finer") };
     assert!(why.ends_with("; 1 pieces, then 2: their number is the grid's (F23)"), "{why}");
     assert_eq!(super::told(10, 14), "");
+}
+
+/// Two grids that found 2 and 3 pieces, of which the scene makes as many as it wants.
+#[test]
+fn grids_are_compared_by_what_they_found() {
+    let pieces = |spacing: f64, found: usize| {
+        let mut outcome = whole(spacing);
+        let one = outcome.fragments[0].clone();
+        outcome.fragments.resize(found, one);
+        outcome
+    };
+    let directed = |spacing: f64, found: usize| {
+        let mut outcome = pieces(spacing, 24);
+        let share = 1.0 / found as f64;
+        outcome.report =
+            outcome.report.with(FOUND_FRAGMENTS, "1", found as f64).with(FOUND_LARGEST, "1", share);
+        outcome
+    };
+    let told = |make: &dyn Fn(f64, usize) -> Fragmentation| {
+        let (mut ladder, mut seen) = (ladder(5e-3, Some(0.01)), Experience::default());
+        ladder.climb();
+        ladder.next(Some(&make(5e-3, 2)), &mut seen);
+        ladder.climb();
+        ladder.next(Some(&make(2.5e-3, 3)), &mut seen)
+    };
+    let plain = told(&pieces);
+    assert!(matches!(&plain, Next::Finer(why) if why.contains("over 0.01")), "{plain:?}");
+    assert_eq!(told(&directed), plain);
 }
 
 /// Three hits that stay whole on two grids: the fourth, if like them, needs but one.

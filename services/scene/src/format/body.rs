@@ -2,6 +2,8 @@
 
 use super::directed::{BodyAnimation, KeyframeCurve, PoseKeyframe, ShapePart};
 use super::dynamic::Dynamics;
+use super::interior::Interior;
+use super::pieces::WantedPieces;
 use super::rotation::{Axis, Rotation};
 use super::{Paint, Shape, SolverChoice};
 use cullet_document::unit;
@@ -179,6 +181,12 @@ pub struct Body {
     /// Regions of the body that are weaker or stronger than its material: at most 256, of which at
     /// most one of kind `corners`.
     pub paint: Vec<Paint>,
+    /// How it comes apart where the scene says so: how many pieces, where, and what stays whole.
+    #[schemars(extend("x-default" = "as the solve finds it"))]
+    pub pieces: Option<WantedPieces>,
+    /// What it looks like inside.
+    #[schemars(extend("x-default" = "by its material"))]
+    pub interior: Option<Interior>,
     /// Makes it a body that moves as it deforms; only of a single body.
     #[schemars(extend("x-default" = "it is rigid until it breaks"))]
     pub dynamic: Option<Dynamics>,

@@ -65,6 +65,13 @@ impl Fidelity {
         Self { draft: None, ..*self } != Self::default()
     }
 
+    /// What is said of a draft.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let of = "times cheaper: what breaks, and where, can differ from the whole run";
+        self.draft.map(|draft| format!("a draft, {draft} {of}"))
+    }
+
     /// How many times farther apart the points of a surface are in a draft \[1\]: their number
     /// and that of the steps makes a cost of h⁻³.
     #[must_use]

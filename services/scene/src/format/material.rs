@@ -257,6 +257,30 @@ pub enum Paint {
         #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
         edge: f64,
     },
+    /// A line scored on the surface: a weak groove below it, for cracks to follow.
+    Line {
+        /// Points of the line, on the surface \[m\]: 2 to 256, each at most 2 % of the body's
+        /// diagonal off it. Between them the line follows the surface.
+        #[schemars(schema_with = "unit::places3")]
+        points: Vec<[f64; 3]>,
+        /// Width of the groove \[m\]; never less than one and a half grid spacings.
+        #[serde(default)]
+        #[schemars(
+            schema_with = "unit::length",
+            extend("exclusiveMinimum" = 0, "x-default" = "one and a half grid spacings")
+        )]
+        width: Option<f64>,
+        /// Depth of the groove below the surface \[m\].
+        #[serde(default)]
+        #[schemars(
+            schema_with = "unit::length",
+            extend("exclusiveMinimum" = 0, "x-default" = "through the wall")
+        )]
+        depth: Option<f64>,
+        /// Strength inside over strength outside \[1\].
+        #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 100))]
+        factor: f64,
+    },
     /// The corners of a mesh file, by their colours or by a file of factors. Only with a `mesh`.
     Corners {
         /// Depth below the surface at which the factor has faded to 1 \[m\].

@@ -129,3 +129,25 @@ at = "0.5 s"
 seed = 5
 particles = 40000
 "#;
+
+pub(super) const WANTED_PIECES: &str = r#"[[body]]
+name = "urn"
+shape = { kind = "lathe", wall = "8 mm", profile = [
+    [0, 0], [0.05, 0], [0.07, 0.025], [0.085, 0.065], [0.073, 0.135], [0.068, 0.172],
+] }
+position = [0, 0, 1]
+material = "stoneware"
+
+[body.pieces]
+count = 24
+guides = [["81 mm", 0, "65 mm"], ["-81 mm", 0, "65 mm"]]
+whole = [{ low = ["-6 cm", "-6 cm", 0], high = ["6 cm", "6 cm", "1 cm"] }]
+"#;
+
+pub(super) const INTERIOR: &str = r#"[[body]]
+name = "glazed"
+shape = { kind = "sphere", radius = "5 cm" }
+position = [0, 0, 1]
+material = "brick"
+interior = { colour = [0.72, 0.33, 0.2], roughness = 1 }
+"#;

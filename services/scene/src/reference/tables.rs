@@ -1,7 +1,9 @@
 //! The tables of a scene file: their headings on the page, their keys in order, and an example of
 //! each.
 
-use super::directed::{ANIMATION, FIELD, GLUE, HIT, JOINT, KEYFRAME, PART, WORLD_BOUNDS};
+use super::directed::{
+    ANIMATION, FIELD, GLUE, HIT, INTERIOR, JOINT, KEYFRAME, PART, WANTED_PIECES, WORLD_BOUNDS,
+};
 use super::dynamic::{BODY_PART, DYNAMICS, SOFT_GRIP};
 use super::keys::keys_of;
 use super::sheets::{
@@ -11,10 +13,10 @@ use super::sheets::{
 use crate::format::{
     Air, Body, BodyAnimation, BodyPart, BondAxis, BondNumbers, Bounds, Diffusion, Document,
     Dynamics, Expect, Fidelity, FieldEntry, Fracture, GivenPlace, GlueEntry, Grid, Grip, GripPlace,
-    HeatSoftening, HitEntry, Instances, InterlayerFilm, JointEntry, Layers, Material, Paint,
-    Plasticity, PoseKeyframe, RecordingSettings, Resolution, Rotation, Scatter, Shape, ShapePart,
-    ShareBounds, SheetBody, SheetInflow, SheetPatch, SoftGrip, Stack, Tiers, View, WavePace,
-    WeakPlane, World, WorldBounds,
+    HeatSoftening, HitEntry, Instances, Interior, InterlayerFilm, JointEntry, Layers, Material,
+    Paint, Plasticity, PoseKeyframe, RecordingSettings, Resolution, Rotation, Scatter, Shape,
+    ShapePart, ShareBounds, SheetBody, SheetInflow, SheetPatch, SoftGrip, Stack, Tiers, View,
+    WantedPieces, WavePace, WeakPlane, World, WorldBounds,
 };
 use crate::surface_detail::Detail;
 
@@ -80,8 +82,10 @@ pub(super) const TABLES: &[Table] = tables! {
     Rotation, "`rotation` of a body", &[("", ROTATION)];
     Resolution, "`resolution` of a body", &[("", RESOLUTION)];
     Paint, "`paint` of a body", PAINTS;
+    Interior, "`interior` of a body", &[("", INTERIOR)];
+    WantedPieces, "`pieces` of a body", &[("", WANTED_PIECES)];
+    BodyPart, "Part of a body", &[("", BODY_PART)];
     Dynamics, "`dynamic` of a body", &[("", DYNAMICS)];
-    BodyPart, "`region` of a grip", &[("", BODY_PART)];
     SoftGrip, "`grip` of a dynamic body", &[("", SOFT_GRIP)];
     Grid, "`[[grid]]`", &[("", GRID)];
     Stack, "`[[stack]]`", &[("", STACK)];
@@ -340,6 +344,13 @@ const PAINTS: &[(&str, &str)] = &[
         "cylinder",
         r#"paint = [
     { kind = "cylinder", from = [0, 0, -1], to = [0, 0, 1], radius = "1 cm", factor = 0.2 },
+]
+"#,
+    ),
+    (
+        "line",
+        r#"paint = [
+    { kind = "line", points = [[-0.1, 0.02, 0.05], [0.1, 0.03, 0.05]], factor = 0.1 },
 ]
 "#,
     ),

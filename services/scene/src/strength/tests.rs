@@ -154,3 +154,79 @@ fn every_preset_has_a_modulus_with_its_source() {
         assert!(preset.weibull.source.len() > 20, "{}", preset.name);
     }
 }
+
+const SCORED: &str = r#"
+[[body]]
+name = "pane"
+material = "soda-lime-glass"
+shape = { kind = "box", size = [0.4, 0.3, 0.006] }
+paint = [{ kind = "line", points = [[-0.2, 0, 0.003], [0.2, 0, 0.003]], factor = 0.1 }]
+"#;
+
+/// Through the wall without a depth, and along a surface that is round.
+#[test]
+fn a_scored_line_follows_the_surface() {
+    let field = strength(SCORED, &[], &[]);
+    let mut along = 0.0;
+    for stroke in &field.strokes {
+        let Region::Groove { from, to, inward, half_width } = stroke.region else {
+            panic!("{stroke:?}")
+        };
+        assert!((inward - Vec3::new(0.0, 0.0, -0.006)).norm() < 1e-6, "{inward}");
+        assert_eq!((half_width, stroke.factor), (0.0, 0.1));
+        along += (to - from).norm();
+    }
+    assert!((along - 0.4).abs() < 1e-12, "{along}");
+    assert!((weakest(&field) - 0.1).abs() < 1e-12, "one line, of {} grooves", field.strokes.len());
+    // From edge to edge whichever way, and along an edge: never along the pane.
+    for points in ["[[-0.2,-0.15,0.003],[-0.2,0.15,0.003]]", "[[0,-0.15,0.003],[0,0.15,0.003]]"] {
+        let set = format!("body.pane.paint[0].points={points}");
+        let field = strength(SCORED, &[&set], &[]);
+        assert!(!field.strokes.is_empty());
+        for stroke in &field.strokes {
+            let Region::Groove { inward, .. } = stroke.region else { panic!("{stroke:?}") };
+            assert!((inward.norm() - 0.006).abs() < 1e-6, "{inward}");
+        }
+    }
+    // Between points that are 90 degrees of a cylinder apart it lies on the cylinder.
+    let round = [
+        "body.pane.shape={kind=\"cylinder\", radius=0.1, height=0.4, segments=256}",
+        "body.pane.paint=[{kind=\"line\", points=[[0.1,0,0],[0,0.1,0]], factor=0.2, depth=0.01, \
+         width=0.004}]",
+    ];
+    let field = strength(SCORED, &round, &[]);
+    assert!(field.strokes.len() > 5, "{}", field.strokes.len());
+    for stroke in &field.strokes {
+        let Region::Groove { from, to, inward, half_width } = stroke.region else {
+            panic!("{stroke:?}")
+        };
+        assert_eq!(half_width, 0.002);
+        let depth = inward.norm();
+        assert!((depth - 0.01).abs() < 1e-12 && inward.dot(&from) < 0.0, "{inward} at {from}");
+        for end in [from, to] {
+            assert!((end.xy().norm() - 0.1).abs() < 1e-4, "{end} is off the surface");
+        }
+    }
+    for (set, words) in [
+        ("body.pane.paint[0].points=[[0,0,0.003]]", "two points or more; it has 1"),
+        (
+            "body.pane.paint[0].points=[[0,0,0.003],[0,0,0.003]]",
+            "must differ from the point before",
+        ),
+        ("body.pane.paint[0].points=[[0,0,0.003],[0.1,0,0.2]]", "off the surface; at most"),
+        ("body.pane.paint[0].depth=0", "must be above 0 m; it is 0 m"),
+    ] {
+        let said = errors(SCORED, &[set], &[]);
+        assert!(said.contains(words), "{set} gave:\n{said}");
+    }
+}
+
+/// What stays whole is as strong as paint can make it.
+#[test]
+fn parts_that_stay_whole_are_strong() {
+    let whole = "body.pane.pieces.whole=[{centre=[0.1,0,0], radius=0.02}]";
+    let field = strength(SCORED, &[whole], &[]);
+    let last = field.strokes.last().expect("a region");
+    let region = Region::Sphere { centre: Vec3::new(0.1, 0.0, 0.0), radius: 0.02 };
+    assert_eq!((last.region, last.factor), (region, 100.0));
+}

@@ -175,7 +175,7 @@ fn what_is_wrong_with_an_animation_is_said_with_its_place() {
     assert!(said.contains("stack.s.body.animation: only a single"), "{said}");
     // An override sets it in place of keyframes.
     let keyed = format!("{shape}keyframes = [{{ at = 0 }}]");
-    let set = format!("body.arm.animation={{ file = \"scene/props/arm.glb\", node = \"arm\" }}");
+    let set = "body.arm.animation={ file = \"scene/props/arm.glb\", node = \"arm\" }".to_owned();
     let said = scene(&keyed, &[&set]).expect_err("given files are not bundled");
     assert!(said.contains("given/scene/props/arm.glb"), "{said}");
 }

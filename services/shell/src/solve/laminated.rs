@@ -11,7 +11,7 @@ use super::field::ShellField;
 use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Sheet, Surface, Vec3};
-use cullet_model::{Failure, Fragment, Fragmentation, Interlayer};
+use cullet_model::{Failure, Fragment, FragmentOrigin, Fragmentation, Interlayer};
 use cullet_simd::Real;
 use std::f64::consts::PI;
 
@@ -75,7 +75,7 @@ pub(super) fn finish<R: Real, const N: usize>(
         let hulls = convex_parts(&solid, HullSettings::default());
         let (velocity, spin) = (Vec3::zeros(), Vec3::zeros());
         plain.fragments = vec![Fragment { solid, hulls, velocity, spin, sheet }];
-        (plain.sampled, plain.debris) = (vec![false], Vec::new());
+        (plain.origins, plain.debris) = (vec![FragmentOrigin::Solved], Vec::new());
         (plain.report.crack_area, plain.report.fracture_energy) = (0.0, 0.0);
         plain.report.warnings.push(said);
     }

@@ -14,7 +14,7 @@ use cullet_fragment::finish::{Finish, FinishedParts, FragmentMotion};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::{scramble, unit};
-use cullet_model::{Failure, Fragmentation};
+use cullet_model::{Failure, FragmentOrigin, Fragmentation};
 use cullet_simd::Real;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -106,8 +106,8 @@ pub(super) fn finish<R: Real, const N: usize>(
     let mut report = report;
     report.warnings.extend(warnings);
     let reactions = solve.supports.iter().map(|one| one.given().1.norm()).collect();
-    let sampled = vec![true; fragments.len()];
-    let fracture = Fragmentation { fragments, sampled, debris, reactions, report };
+    let origins = vec![FragmentOrigin::Sampled; fragments.len()];
+    let fracture = Fragmentation { fragments, origins, debris, reactions, report };
     Ok(super::frame::from_local(fracture, &solve.wall.pose))
 }
 

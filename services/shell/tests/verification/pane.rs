@@ -3,8 +3,8 @@
 use cullet_geometry::shapes::{self, Detail};
 use cullet_geometry::{Quat, Solid, Vec3};
 use cullet_model::{
-    BrittleProblem, Fragment, Fragmentation, Impact, Material, Problem, Progress, Settings, Solver,
-    StrengthField, Support,
+    BrittleProblem, Fragment, FragmentOrigin, Fragmentation, Impact, Material, Problem, Progress,
+    Settings, Solver, StrengthField, Support,
 };
 use cullet_shell::ShellSolver;
 use cullet_shell::solve::ShellSolve;
@@ -108,9 +108,10 @@ fn a_pane_breaks_into_a_star() {
     // Sectors between radials reach the rim, all of them solved; others lie within the ring.
     let far =
         |f: &Fragment| f.solid.mesh.vertices.iter().fold(0.0, |m: f64, x| m.max(x.xy().amax()));
-    let parts = found.fragments.iter().zip(&found.sampled);
-    let sectors: Vec<bool> = parts.filter(|(f, _)| far(f) > 0.1499).map(|(_, s)| *s).collect();
-    assert!(sectors.iter().all(|sampled| !sampled));
+    let parts = found.fragments.iter().zip(&found.origins);
+    let sectors: Vec<FragmentOrigin> =
+        parts.filter(|(f, _)| far(f) > 0.1499).map(|(_, s)| *s).collect();
+    assert!(sectors.iter().all(|origin| *origin == FragmentOrigin::Solved));
     let sectors = sectors.len();
     assert!(sectors >= 5, "{sectors} sectors");
 }

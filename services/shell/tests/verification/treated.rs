@@ -3,7 +3,8 @@
 use super::pane::{adds_up, finished, pane};
 use cullet_geometry::Vec3;
 use cullet_model::{
-    BrittleProblem, Fragment, Fragmentation, Interlayer, Law, Problem, Settings, Solver, Treatment,
+    BrittleProblem, Fragment, FragmentOrigin, Fragmentation, Interlayer, Law, Problem, Settings,
+    Solver, Treatment,
 };
 use cullet_shell::ShellSolver;
 use cullet_shell::solve::ShellSolve;
@@ -74,7 +75,7 @@ fn a_toughened_pane_dices_as_the_standard_counts() {
     adds_up(&problem, &found);
     assert!(counts.iter().all(|count| (40..=100).contains(count)), "{counts:?}");
     assert!(all > 100 && found.fragments.iter().all(|f| euler(f) == 2));
-    assert!(found.sampled.iter().all(|sampled| *sampled));
+    assert!(found.origins.iter().all(|origin| *origin == FragmentOrigin::Sampled));
     assert!(found.report.warnings.iter().any(|line| line.contains("F90")));
     // From about the middle to a corner at some 1500 m/s.
     let speed = 0.141 / (end - start);

@@ -9,6 +9,7 @@ const VIRIDIS = [
 
 export const SOLVED = new Color("#3b7dd8");
 export const SAMPLED = new Color("#e08a2c");
+export const DIRECTED = new Color("#8a5cc9");
 export const NEUTRAL = new Color("#8f959d");
 
 /// The colour at a share of the scale in [0, 1].

@@ -104,6 +104,7 @@ function legend(mode, report) {
   if (mode === "share") {
     entry("#3b7dd8", "solved");
     entry("#e08a2c", "sampled");
+    if (report.fractures.some((fracture) => fracture.directed)) entry("#8a5cc9", "directed");
     entry("#8f959d", "did not break off");
   } else if (mode === "damage") {
     scale(`${number(report.damage[0] * 1e6)} µs after the hit`, `${number(report.damage[1] * 1e6)} µs`);
@@ -224,10 +225,10 @@ class RunPage {
     }));
     const { fractures } = report;
     later("ledger", () => table(
-      ["time [s]", "body", "by", "fragments", "sampled", "mass error", "momentum error", "energy before [J]",
-        "after [J]", "crack [J]", "points", "spacing [m]"],
-      fractures.map((f) => [f.time, f.name, f.solver, f.fragments, f.sampled, f.mass_error, f.momentum_error,
-        f.energy_before, f.energy_after, f.fracture_energy, f.points, f.spacing]),
+      ["time [s]", "body", "by", "fragments", "sampled", "directed", "mass error", "momentum error",
+        "energy before [J]", "after [J]", "crack [J]", "points", "spacing [m]"],
+      fractures.map((f) => [f.time, f.name, f.solver, f.fragments, f.sampled, f.directed, f.mass_error,
+        f.momentum_error, f.energy_before, f.energy_after, f.fracture_energy, f.points, f.spacing]),
       (k) => { this.seek(fractures[k].time); this.select(fractures[k].body); },
     ));
     $("facts-run").append(table(["figure", "value"], report.figures));

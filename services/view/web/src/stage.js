@@ -6,7 +6,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
-import { NEUTRAL, SAMPLED, SOLVED, viridis } from "./colours.js";
+import { DIRECTED, NEUTRAL, SAMPLED, SOLVED, viridis } from "./colours.js";
 
 /// Materials of the speed scale; a piece takes the nearest.
 const SPEED_BINS = 32;
@@ -219,6 +219,7 @@ export class Stage {
     if (this.mode === "object") return part.own;
     if (this.mode === "share") {
       if (facts.sampled === undefined) return this.plain(NEUTRAL);
+      if (facts.directed) return this.plain(DIRECTED);
       return this.plain(facts.sampled ? SAMPLED : SOLVED);
     }
     if (this.mode === "damage") {
