@@ -5,6 +5,7 @@ mod surface;
 
 use super::{MeshFileError, corners, read};
 use cullet_geometry::TriMesh;
+use motion::animated_glb::packed;
 
 const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -57,7 +58,7 @@ fn ply() -> Vec<u8> {
 fn glb(scale: [f32; 3]) -> Vec<u8> {
     let mut blob: Vec<u8> = CORNERS.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
     blob.extend(FACES.iter().flatten().flat_map(|i| i.to_le_bytes()));
-    let mut json = format!(
+    let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
         "nodes":[{{"mesh":0,"scale":[{},{},{}],"translation":[5,0,0]}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
@@ -72,19 +73,7 @@ fn glb(scale: [f32; 3]) -> Vec<u8> {
         scale[2],
         blob.len()
     );
-    while json.len() % 4 != 0 {
-        json.push(' ');
-    }
-    let mut bytes = b"glTF".to_vec();
-    bytes.extend(2_u32.to_le_bytes());
-    bytes.extend((28 + json.len() as u32 + blob.len() as u32).to_le_bytes());
-    bytes.extend((json.len() as u32).to_le_bytes());
-    bytes.extend(b"JSON");
-    bytes.extend(json.as_bytes());
-    bytes.extend((blob.len() as u32).to_le_bytes());
-    bytes.extend(b"BIN\0");
-    bytes.extend(blob);
-    bytes
+    packed(json, blob)
 }
 
 fn files() -> [(&'static str, Vec<u8>); 5] {

@@ -5,7 +5,7 @@ use animated_glb::{GlbChannel, animated_glb, packed};
 use nalgebra::{Matrix4, Rotation3, Translation3, Vector3};
 
 #[path = "../../../../tests/common/animated_glb.rs"]
-mod animated_glb;
+pub(super) mod animated_glb;
 
 /// A crane: a base that turns and rises, an arm of twice the size on it that is shifted, a hook.
 const NODES: [&str; 3] = [
