@@ -96,6 +96,7 @@ fn broken(detail: CrackFaceDetail) -> Result<Partition, Box<dyn std::error::Erro
         damage_time: &damage_time,
         normals: None,
         pieces: None,
+        scored: &[],
         time_step: 1e-8,
         top_speed: 3000.0,
         scale: Vec3::repeat(1.0),

@@ -70,6 +70,7 @@ impl Cloud {
             scale: Vec3::repeat(1.0),
             normals: None,
             pieces: None,
+            scored: &[],
         };
         let partition = extract(solid, &field, settings).expect("a cut");
         is_lawful(&partition, solid.mesh.signed_volume(), self.positions.len());

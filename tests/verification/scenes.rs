@@ -3,6 +3,7 @@
 mod directed;
 mod drafts;
 mod moving;
+mod scored;
 mod taste;
 
 use crate::common;

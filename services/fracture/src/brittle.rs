@@ -21,7 +21,7 @@ use crate::mpm::preconditions::{
 };
 use crate::mpm::{Domain, DomainTally, crushed, motion, quadrature};
 use crate::particles::Particles;
-use cullet_fragment::cut::{self, CutError, CutSettings, Partition};
+use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition};
 use cullet_fragment::finish::{Finish, FinishedParts, FragmentMotion};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
@@ -350,7 +350,10 @@ impl Brittle {
         let pieces = self.domain.pieces();
         let rules = CrushRules::of(&self.problem, self.domain.grid.spacing);
         let pieces = crushed::pieces(&self.domain.particles, pieces, &rules);
-        let field = damage.field(&self.domain, self.problem.material.shear_speed(), &pieces);
+        let scored = self.problem.strength.scored(self.domain.grid.spacing.max());
+        let top_speed = self.problem.material.shear_speed();
+        let field =
+            DamageField { scored: &scored, ..damage.field(&self.domain, top_speed, &pieces) };
         let settings = self.cut_settings();
         let stretch = stretch(&self.domain.grid.spacing);
         let partition = cut::extract_stretched(&self.problem.solid, &field, &settings, &stretch)

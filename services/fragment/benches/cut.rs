@@ -51,6 +51,7 @@ fn extract_from_150k_particles(bencher: divan::Bencher<'_, '_>) {
         scale: Vec3::repeat(1.0),
         normals: None,
         pieces: None,
+        scored: &[],
     };
     let settings = CutSettings {
         min_volume_ratio: 1e-4,

@@ -2,6 +2,7 @@
 
 use crate::pieces::Pieces;
 use cullet_geometry::Vec3;
+use cullet_model::strength::Region;
 
 /// What a solver knows of the damage when it stops, in the reference configuration (body frame).
 #[derive(Clone, Copy, Debug)]
@@ -26,4 +27,7 @@ pub struct DamageField<'a> {
     /// The piece that each particle belongs to, and how those that were sampled were; without it,
     /// pieces are what the damage leaves connected on the lattice.
     pub pieces: Option<&'a Pieces>,
+    /// Grooves that a scene scored, body frame: a crack in one lies as the scene asks, not as the
+    /// grid does (F22).
+    pub scored: &'a [Region],
 }

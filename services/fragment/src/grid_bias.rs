@@ -53,15 +53,16 @@ impl GridBias {
 }
 
 /// Measures the new crack faces of some parts against the grid whose planes have these unit
-/// normals. `broken`: unit normals across which points of the solve broke, as far as they are
-/// known.
+/// normals. `counts`: whether a face there is counted. `broken`: unit normals across which points
+/// of the solve broke, as far as they are known.
 #[must_use]
 pub fn grid_bias<'a>(
     solids: impl Iterator<Item = &'a Solid>,
+    counts: impl Fn(&Vec3) -> bool,
     broken: &[Vec3],
     planes: [Vec3; 3],
 ) -> GridBias {
-    let faces = faces(solids);
+    let faces = faces(solids, counts);
     let times = times(&faces, &planes);
     let others = frames(&planes);
     let elsewhere = others.iter().map(|planes| self::times(&faces, planes)).fold(0.0, f64::max);
@@ -77,7 +78,7 @@ fn times(areas: &[Vec3], planes: &[Vec3; 3]) -> f64 {
 }
 
 /// The area of new crack faces by direction, opposite ones alike: vectors as long as the area.
-fn faces<'a>(solids: impl Iterator<Item = &'a Solid>) -> Vec<Vec3> {
+fn faces<'a>(solids: impl Iterator<Item = &'a Solid>, counts: impl Fn(&Vec3) -> bool) -> Vec<Vec3> {
     let mut bins: BTreeMap<(usize, i32, i32), Vec3> = BTreeMap::new();
     for solid in solids {
         for (t, surface) in solid.surface.iter().enumerate() {
@@ -85,6 +86,9 @@ fn faces<'a>(solids: impl Iterator<Item = &'a Solid>) -> Vec<Vec3> {
                 continue;
             }
             let [a, b, c] = solid.mesh.corners(t);
+            if !counts(&((a + b + c) / 3.0)) {
+                continue;
+            }
             let area = 0.5 * (b - a).cross(&(c - a));
             let axis = area.iamax();
             let length = area[axis].abs();
@@ -150,7 +154,7 @@ mod tests {
         }
         let crack = Surface::Crack { damage_time: [0.0; 3], front_speed: [0.0; 3], parent: 0 };
         let surface = vec![crack; mesh.triangles.len()];
-        grid_bias([Solid { mesh, surface }].iter(), &[], GRID)
+        grid_bias([Solid { mesh, surface }].iter(), |_| true, &[], GRID)
     }
 
     /// Any direction, of any area.

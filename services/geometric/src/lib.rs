@@ -1,9 +1,10 @@
 //! A broken look at the price of a diagram: Voronoi cells around the impact, as many as the energy
 //! can pay for and the rate of strain asks for; radials and rings where a plate is hit on its face.
-//! The pattern is not caused by stress; volume, mass, momentum and the energy bound are kept.
+//! Of its strength only scored lines count: cracks lie on them. The pattern is not caused by stress; volume, mass, momentum and the energy bound are kept.
 
 mod held;
 mod probes;
+mod scored;
 #[cfg(test)]
 mod tests;
 mod web;
@@ -17,6 +18,7 @@ use cullet_model::{
     Problem, Progress, Refusal, Report, Solver,
 };
 use probes::{PROBES, Probes};
+use scored::{ScoredSites, along_lines};
 
 /// Share of the approach energy that goes into new surface. Ladder runs give 0.05 to 0.3; the rest
 /// is heat, sound and motion.
@@ -132,10 +134,14 @@ impl Geometric {
         };
         // One cell is the whole body, wherever its site is.
         let whole = [self.body.centroid];
-        let sites = if self.count < 2 { &whole[..] } else { &self.sites[..self.count] };
-        let labels: Vec<u32> = (0..sites.len() as u32).collect();
+        let (sites, scored) = match self.count {
+            0 | 1 => (&whole[..], Vec::new()),
+            count => (&self.sites[..count], self.problem.strength.scored(0.0)),
+        };
+        let diagonal = self.problem.solid.mesh.diagonal();
+        let ScoredSites { sites, labels } = along_lines(sites, &scored, diagonal);
         let times = vec![0.0; sites.len()];
-        Cutting::begin(&self.problem.solid, sites, &labels, &times, &settings, self.attempt)
+        Cutting::begin(&self.problem.solid, &sites, &labels, &times, &settings, self.attempt)
     }
 
     fn fracture(&mut self, partition: Partition) -> Fragmentation {

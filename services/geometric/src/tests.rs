@@ -1,5 +1,6 @@
 use super::Geometric;
 use cullet_geometry::{Solid, TriMesh, Vec3};
+use cullet_model::strength::{Region, Stroke};
 use cullet_model::{
     BrittleProblem, Fragmentation, Impact, Material, Progress, Refusal, Settings, Solver,
     StrengthField, Support,
@@ -249,4 +250,38 @@ fn a_support_stops_what_lies_on_it_and_throws_nothing_back() {
     problem.supports.iter_mut().for_each(|support| support.mobility = 1e9);
     let fracture = solve(problem);
     assert!(fracture.reactions.iter().all(|&given| given < 1e-8), "{:?}", fracture.reactions);
+}
+
+/// Cells end at a scored line: no piece lies on both sides of it, whatever the seed, though it runs
+/// through the place of the hit and bends.
+#[test]
+fn no_piece_lies_across_a_scored_line() {
+    let size = Vec3::new(0.2, 0.3, 0.05);
+    let bend = Vec3::new(0.02, 0.0, 0.025);
+    let ends = [Vec3::new(-0.03, -0.15, 0.025), Vec3::new(-0.02, 0.15, 0.025)];
+    let groove = |from: Vec3, to: Vec3| {
+        let region = Region::Groove { from, to, inward: Vec3::z() * -0.05, half_width: 0.0 };
+        Stroke { region, factor: 0.2, edge: 0.0 }
+    };
+    for seed in 0..6 {
+        let mut problem = problem(size, 4.0);
+        problem.strength.strokes = vec![groove(ends[0], bend), groove(bend, ends[1])];
+        problem.seed = seed;
+        let fracture = solve(problem);
+        assert!(fracture.fragments.len() > 10, "{}", fracture.fragments.len());
+        for fragment in &fracture.fragments {
+            let mesh = &fragment.solid.mesh;
+            // x of the line at that y.
+            let line = |y: f64| {
+                let end = if y < 0.0 { ends[0] } else { ends[1] };
+                bend.x + (end.x - bend.x) * (y / end.y)
+            };
+            let reach = |side: f64| {
+                let off = mesh.vertices.iter().map(|v| side * (v.x - line(v.y)));
+                off.fold(f64::NEG_INFINITY, f64::max)
+            };
+            let across = reach(1.0).min(reach(-1.0));
+            assert!(across < 2e-3, "a piece of seed {seed} reaches {across} m across the line");
+        }
+    }
 }

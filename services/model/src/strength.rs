@@ -108,6 +108,21 @@ impl StrengthField {
     pub fn even() -> Self {
         Self { weibull: EVEN, ..Self::default() }
     }
+
+    /// The grooves of its lines that weaken it, as a grid of `spacing` \[m\] has them, in the
+    /// body's frame.
+    #[must_use]
+    pub fn scored(&self, spacing: f64) -> Vec<Region> {
+        let weak = self.strokes.iter().filter(|stroke| stroke.factor < 1.0);
+        let groove = |stroke: &Stroke| match stroke.resolved(spacing).region {
+            Region::Groove { from, to, inward, half_width } => {
+                let [from, to] = [from, to].map(|end| end - self.offset);
+                Some(Region::Groove { from, to, inward, half_width })
+            }
+            _ => None,
+        };
+        weak.filter_map(groove).collect()
+    }
 }
 
 /// A strength field made ready for one spacing.
@@ -118,6 +133,8 @@ pub struct Strength {
     modes: Vec<(Vec3, f64)>,
     mean: f64,
     brush: Option<Brush>,
+    /// The strokes of scored lines.
+    grooves: Vec<Stroke>,
     /// As in the field.
     pub weak_plane: Option<PatternWeakPlane>,
 }
@@ -129,15 +146,15 @@ impl Strength {
         let length = field.correlation.unwrap_or(0.0).max(CORRELATION * spacing);
         let inverse = 1.0 / field.weibull;
         let some = inverse > 0.0;
+        let strokes: Vec<Stroke> = field.strokes.iter().map(|own| own.resolved(spacing)).collect();
+        let is_groove = |own: &&Stroke| matches!(own.region, Region::Groove { .. });
         Self {
+            grooves: strokes.iter().filter(is_groove).copied().collect(),
             modes: (0..MODES).filter(|_| some).map(|k| mode(field.seed, k, length)).collect(),
             mean: libm::tgamma(1.0 + inverse),
             brush: field.vertices.as_ref().map(Brush::new),
             weak_plane: field.weak_plane,
-            field: StrengthField {
-                strokes: field.strokes.iter().map(|own| own.resolved(spacing)).collect(),
-                ..field.clone()
-            },
+            field: StrengthField { strokes, ..field.clone() },
         }
     }
 
@@ -149,6 +166,14 @@ impl Strength {
         let vertices = self.brush.as_ref().map_or(1.0, |brush| brush.factor(&x));
         let layers = self.field.layers.map_or(1.0, |layers| layers.factor(&x, self.field.seed));
         (self.flaws(&x) * layers * painted * vertices).clamp(BOUNDS.0, BOUNDS.1)
+    }
+
+    /// Toughness (K_Ic) below scored lines over that without them at `x`, a point of the body's
+    /// frame \[m\]: for families in which strength alone does not say what a crack costs. What is
+    /// left to part of a groove is weaker and has less area: σ_f and K_Ic fall alike \[1\].
+    #[must_use]
+    pub fn score(&self, x: &Vec3) -> f64 {
+        painted(&self.grooves, &(x + self.field.offset)).clamp(BOUNDS.0, 1.0)
     }
 
     fn flaws(&self, x: &Vec3) -> f64 {

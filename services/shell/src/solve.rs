@@ -197,6 +197,8 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let stress = material.failure_stress * place_factor(&local.strength, spacing);
         let frozen = nature.treatment.map_or(0.0, |treatment| treatment.surface_stress());
         let cracks = |p: usize| frozen + stress * strength.factor(&at(p));
+        let scores = (0..surface.points()).map(|p| (p, strength.score(&at(p))));
+        let scores: Vec<(usize, f64)> = scores.filter(|(_, score)| *score != 1.0).collect();
         let metal = nature.hardening.is_some();
         let strength = |p: usize| if metal { f64::INFINITY } else { cracks(p) };
         let law = SectionLaw::new(material);
@@ -212,6 +214,12 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let volume = |p: usize| domain.state(p).area * domain.state(p).thickness;
         let volume: f64 = domain.live().map(volume).sum();
         domain.scale_mass(local.solid.mesh.signed_volume() / volume);
+        for (point, score) in scores {
+            if !domain.is_on(point) {
+                continue;
+            }
+            domain.change(point, |state| state.score = score);
+        }
         let schedule = ShellSchedule::new(&local, metal);
         let heavier = match wall.is_flat {
             true => 0.0,
@@ -356,6 +364,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
 
     /// The exact cut along what is known of the points.
     fn finish_field(&self, found: field::ShellField) -> Result<Fragmentation, Failure> {
+        let scored = frame::scored(&self.local.strength, self.wall.spacing, &self.wall.pose);
         let field = DamageField {
             spacing: self.wall.spacing,
             positions: &found.positions,
@@ -366,6 +375,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
             scale: Vec3::repeat(1.0),
             normals: Some(&found.normals),
             pieces: Some(&found.pieces),
+            scored: &scored,
         };
         let settings = CutSettings {
             min_volume_ratio: self.local.settings.min_volume_ratio,

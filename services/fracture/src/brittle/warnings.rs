@@ -71,7 +71,7 @@ pub(super) fn first(
 /// A warning if new crack faces lie along the planes of the grid ([`grid_bias`], F22).
 #[must_use]
 pub fn grid_bias_warning<'a>(solids: impl Iterator<Item = &'a Solid>) -> Option<String> {
-    let bias = grid_bias(solids, &[], [Vec3::x(), Vec3::y(), Vec3::z()]);
+    let bias = grid_bias(solids, |_| true, &[], [Vec3::x(), Vec3::y(), Vec3::z()]);
     bias.shows().then(|| {
         let times = bias.times;
         format!("crack faces lie along the grid's planes {times:.1} times as often as chance (F22)")

@@ -48,6 +48,7 @@ impl PointDamage {
             scale: Vec3::repeat(1.0),
             normals: Some(&self.normals),
             pieces: Some(pieces),
+            scored: &[],
         }
     }
 }

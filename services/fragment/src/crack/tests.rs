@@ -32,6 +32,7 @@ fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (LatticeNodes, Mosaic) {
         scale: Vec3::repeat(1.0),
         normals: None,
         pieces: None,
+        scored: &[],
     };
     let mut nodes = LatticeNodes::new(&body, &field, &LatticeChoice::default()).unwrap();
     nodes.fill();
@@ -208,6 +209,7 @@ fn the_lattice_is_as_fine_as_the_error_asks() {
             scale: Vec3::repeat(1.0),
             normals: None,
             pieces: Some(&pieces),
+            scored: &[],
         };
         (LatticeNodes::new(&body, &field, &LatticeChoice::default()).unwrap().lattice.spacing / H
             * 1e6)

@@ -58,7 +58,7 @@ pub fn extract_stretched(
         let attempt = CutAttempt { lattice, relief: step.relief };
         match stretched::attempt(solid, field, settings, stretch, &attempt) {
             Ok(mut partition) => {
-                partition.bias = bias(&partition, &broken, &axes, stretch);
+                partition.bias = bias(&partition, field, &broken, (&axes, stretch));
                 partition.warnings.extend(first.iter().map(|why| again(k, step, why)));
                 if !partition.bias.shows() {
                     return Ok(partition);
@@ -79,21 +79,38 @@ pub fn extract_stretched(
 
 /// The directions across which points broke, where the field knows them.
 fn broken(field: &DamageField<'_>) -> Vec<Vec3> {
-    let known = field.normals.into_iter().flatten().zip(field.damage);
-    known.filter(|(_, damage)| **damage >= BROKEN).map(|(normal, _)| *normal).collect()
+    let normals = field.normals.into_iter().flatten();
+    let known = normals.zip(field.damage).zip(field.positions);
+    let free = known.filter(|((_, damage), place)| **damage >= BROKEN && !is_scored(field, place));
+    free.map(|((normal, _), _)| *normal).collect()
+}
+
+/// Whether a place is within a spacing of a scored groove.
+fn is_scored(field: &DamageField<'_>, place: &Vec3) -> bool {
+    field.scored.iter().any(|groove| groove.contains(place, field.spacing))
 }
 
 /// How the faces of a cut lie in the grid of the solve and in the lattice of the cut: the figure of
-/// the one that shows, or of the grid.
-fn bias(partition: &Partition, broken: &[Vec3], axes: &Mat3, stretch: &Vec3) -> GridBias {
+/// the one that shows, or of the grid. Faces in scored grooves lie as the scene asks, and are not
+/// counted.
+fn bias(
+    partition: &Partition,
+    field: &DamageField<'_>,
+    broken: &[Vec3],
+    (axes, stretch): (&Mat3, &Vec3),
+) -> GridBias {
     let solids = || partition.parts.iter().map(|part| &part.solid);
-    let grid = grid_bias(solids(), broken, [Vec3::x(), Vec3::y(), Vec3::z()]);
+    let grid_bias = |planes| {
+        let counts = |place: &Vec3| !is_scored(field, place);
+        grid_bias(solids(), counts, broken, planes)
+    };
+    let grid = grid_bias([Vec3::x(), Vec3::y(), Vec3::z()]);
     if grid.shows() || *axes == Mat3::identity() {
         return grid;
     }
     // A plane of the stretched frame with normal n has the normal S n here.
     let plane = |k: usize| stretch.component_mul(&axes.column(k)).normalize();
-    let lattice = grid_bias(solids(), broken, [plane(0), plane(1), plane(2)]);
+    let lattice = grid_bias([plane(0), plane(1), plane(2)]);
     if lattice.shows() { lattice } else { grid }
 }
 

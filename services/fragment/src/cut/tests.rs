@@ -2,7 +2,6 @@ mod marks;
 mod open;
 
 use super::{CutError, CutSettings, DamageField, Partition, by_sites, extract};
-use crate::pieces::Pieces;
 use cullet_geometry::inside::Nearest;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
@@ -75,6 +74,7 @@ impl Cloud {
             scale: Vec3::repeat(1.0),
             normals: None,
             pieces: None,
+            scored: &[],
         }
     }
 }
@@ -379,6 +379,7 @@ fn a_band_on_the_lattice_leaves_no_degenerate_faces() {
         scale: Vec3::repeat(1.0),
         normals: None,
         pieces: None,
+        scored: &[],
     };
     let partition = extract(&cube(), &field, &SETTINGS).unwrap();
     assert_lawful(&partition, 1.0, positions.len());
@@ -471,25 +472,4 @@ fn crack_faces_know_how_fast_the_front_was_and_whose_they_are() {
     }
 }
 
-/// Pieces that are blocks of the grid show it however they are cut, and the cut says so (F22).
-#[test]
-fn a_cut_that_shows_the_grid_is_tried_again_and_told() {
-    let cloud = Cloud::in_cube(0.08, |_| true);
-    let block = |p: &Vec3| {
-        let [x, y, z] = [p.x, p.y, p.z].map(|x| (3.0 * x) as u32);
-        Some(x + 3 * y + 9 * z)
-    };
-    let of = cloud.positions.iter().map(block).collect();
-    let pieces = Pieces { of, found: 27, ..Pieces::default() };
-    let field = DamageField { pieces: Some(&pieces), ..cloud.field() };
-    let cut = extract(&cube(), &field, &SETTINGS).unwrap();
-    assert_lawful(&cut, 1.0, cloud.positions.len());
-    assert!(cut.bias.shows() && cut.bias.times > 4.0, "{:?}", cut.bias);
-    // The same pieces askew to the grid show nothing, at the first attempt.
-    let turn = cullet_geometry::Quat::from_euler_angles(0.5, 0.4, 0.3);
-    let of = cloud.positions.iter().map(|p| block(&(turn * p).map(|x| x.rem_euclid(1.0))));
-    let pieces = Pieces { of: of.collect(), found: 27, ..Pieces::default() };
-    let field = DamageField { pieces: Some(&pieces), ..cloud.field() };
-    let cut = extract(&cube(), &field, &SETTINGS).unwrap();
-    assert!(!cut.bias.shows() && cut.warnings.iter().all(|told| !told.contains("again")));
-}
+mod grid;

@@ -184,6 +184,13 @@ fn a_scored_line_is_weak_below_it_and_nowhere_else() {
     assert!((at(0.5, 0.8 * spacing, 0.0) - 1.0).abs() < 1e-12, "beside it");
     assert!((at(1.1, 1.1, 0.0) - 1.0).abs() < 1e-12, "beyond it");
     assert!((weakest_painted(&field.strokes) - 0.2).abs() < 1e-12, "it counts once");
+    let score = strength.score(&Vec3::new(0.5, 0.0, -0.05));
+    assert!((score - 0.2).abs() < 1e-12, "as tough as it is strong: {score}");
+    assert_eq!(strength.score(&Vec3::new(0.5, 0.5, -0.05)), 1.0);
+    let moved = StrengthField { offset: Vec3::new(0.0, 0.0, 5.0), ..field.clone() };
+    let grooves = moved.scored(spacing);
+    assert!(grooves.len() == 2 && grooves[0].contains(&Vec3::new(0.5, 0.0, -5.05), 0.0));
+    assert!(!grooves[0].contains(&Vec3::new(0.5, 0.0, -0.05), spacing));
     let apart = [groove(a, b), groove(c, b)];
     assert!((weakest_painted(&apart) - 0.04).abs() < 1e-12, "two lines");
 }

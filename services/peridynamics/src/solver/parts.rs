@@ -81,6 +81,7 @@ impl Peridynamics {
             scale: Vec3::repeat(1.0),
             normals: None,
             pieces: Some(&pieces),
+            scored: &[],
         };
         let settings = CutSettings {
             min_volume_ratio: self.problem.settings.min_volume_ratio,

@@ -257,10 +257,12 @@ pub enum Paint {
         #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
         edge: f64,
     },
-    /// A line scored on the surface: a weak groove below it, for cracks to follow.
+    /// A line scored on the surface: a groove below it that is weaker and less tough, for cracks to
+    /// follow. Cracks that are solved lie mostly within a cell of it, sampled ones on it.
     Line {
-        /// Points of the line, on the surface \[m\]: 2 to 256, each at most 2 % of the body's
-        /// diagonal off it. Between them the line follows the surface.
+        /// Points of the line, on the surface \[m\]: 2 at least, each at most 2 % of the body's
+        /// diagonal off it. Between them the line follows the surface in pieces of 5 % of the
+        /// diagonal: a body has at most 256 of these and of painted regions.
         #[schemars(schema_with = "unit::places3")]
         points: Vec<[f64; 3]>,
         /// Width of the groove \[m\]; never less than one and a half grid spacings.

@@ -42,6 +42,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
                     continue;
                 }
                 let state = &self.states[self.seats[point as usize]];
+                let strength = strength * state.score;
                 // Where no flaw can start a crack none can run either.
                 let weaker = state.tip > strength && state.flaw.is_finite();
                 if state.crack.is_none() && weaker {

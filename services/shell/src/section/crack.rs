@@ -53,6 +53,8 @@ pub struct PointState {
     pub flaw: f64,
     /// Strength ahead of a tip, in the plane; infinite where there is none \[Pa\].
     pub tip: f64,
+    /// Toughness (K_Ic) below a scored line over that of the material \[1\]: 1 where there is none.
+    pub score: f64,
     /// Components 11, 22, 12 of what l_c² = n̂·S n̂ across a crack comes from \[m²\].
     pub spread: [f64; 3],
     /// t \[m\].
@@ -75,7 +77,7 @@ impl PointState {
     pub fn new(flaw: f64, spread: [f64; 3], thickness: f64, area: f64) -> Self {
         let (damage, crack, dead, crossed, crumbles) = (0.0, None, false, false, false);
         let (tip, flow, slack, last) = (f64::INFINITY, Vec::new(), 0.0, None);
-        let set = None;
+        let (set, score) = (None, 1.0);
         Self {
             damage,
             crack,
@@ -84,6 +86,7 @@ impl PointState {
             crumbles,
             flaw,
             tip,
+            score,
             spread,
             thickness,
             area,
@@ -260,8 +263,12 @@ impl SectionLaw {
         let length = state.length(normal);
         // The mean stress when the worst face bore the strength.
         let mean = self.drives(normal, state.thickness, strain).1 * strength / worst;
-        let (worst, mean) =
-            (self.softens(strength, length, bending_share), self.softens(mean, length, 0.0));
+        let softens = |strength: f64, share: f64| CrackSoftening {
+            // A crack costs the square of the score of G_f.
+            hardness: self.softening(strength / state.score, length, share),
+            strength,
+        };
+        let (worst, mean) = (softens(strength, bending_share), softens(mean, 0.0));
         state.crack = Some(CrackLine { normal, bending_share, side, worst, mean });
     }
 

@@ -2,7 +2,8 @@
 
 use crate::midsurface::placed;
 use cullet_geometry::{Pose, Solid, Vec3};
-use cullet_model::{BrittleProblem, Fragmentation};
+use cullet_model::strength::Region;
+use cullet_model::{BrittleProblem, Fragmentation, StrengthField};
 use std::sync::Arc;
 
 fn moved(solid: &mut Solid, pose: &Pose) {
@@ -24,6 +25,19 @@ pub(super) fn to_local(problem: &BrittleProblem, pose: &Pose) -> BrittleProblem 
         support.normal = pose.rotation * support.normal;
     }
     local
+}
+
+/// The grooves of scored lines, as cells of `spacing` \[m\] have them, in the plate's frame.
+pub(super) fn scored(strength: &StrengthField, spacing: f64, pose: &Pose) -> Vec<Region> {
+    let pose = pose.inverse();
+    let mut grooves = strength.scored(spacing);
+    for groove in &mut grooves {
+        if let Region::Groove { from, to, inward, .. } = groove {
+            (*from, *to) = (placed(&pose, from), placed(&pose, to));
+            *inward = pose.rotation * *inward;
+        }
+    }
+    grooves
 }
 
 /// The plate's solid in the body's frame.
