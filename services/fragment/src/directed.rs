@@ -8,12 +8,14 @@
 //! their momenta, so momentum and angular momentum are kept exactly and kinetic energy never
 //! grows.
 
+mod crack_areas;
 mod guarded;
 mod joined;
 mod piece;
 mod sites;
 
 use crate::cut::CutSettings;
+use crack_areas::crack_areas;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_model::outcome::{ADDED_CRACK_AREA, CLOSED_CRACK_AREA, FOUND_FRAGMENTS, FOUND_LARGEST};
@@ -68,14 +70,14 @@ pub fn direct(
     if !body.shape(found, cancelled) {
         return None;
     }
-    let (mut added, mut closed) = (body.added, body.closed);
+    let (mut added, mut closed) = (0.0, 0.0);
     if body.pieces.len() < 2 {
         let warning = "what stays whole leaves no room for a crack: the pieces are as found";
         fracture.report.warnings.push(warning.to_owned());
-        (added, closed) = (0.0, 0.0);
     } else {
         body.note();
         body.pieces.sort_by(DirectedPiece::order);
+        (added, closed) = crack_areas(&fracture.fragments, &body.pieces);
         let DirectedBody { pieces, warnings, .. } = body;
         (fracture.fragments, fracture.origins) =
             pieces.into_iter().map(|piece| (piece.fragment, piece.origin)).unzip();
@@ -98,9 +100,6 @@ struct DirectedBody<'a> {
     /// \[m³\]
     volume: f64,
     pieces: Vec<DirectedPiece>,
-    /// Crack area that was added, and that was closed \[m²\].
-    added: f64,
-    closed: f64,
     warnings: Vec<String>,
 }
 
@@ -113,8 +112,7 @@ impl<'a> DirectedBody<'a> {
                 (low.inf(x), high.sup(x))
             });
         let density = HitDensity::new(&problem.impacts, (high - low).norm());
-        let (added, closed, warnings) = (0.0, 0.0, Vec::new());
-        Self { problem, direction, density, volume, pieces, added, closed, warnings }
+        Self { problem, direction, density, volume, pieces, warnings: Vec::new() }
     }
 
     /// Divides and joins; whether it was not cancelled. `found`: fragments before.
@@ -159,15 +157,11 @@ impl<'a> DirectedBody<'a> {
     fn unite(&mut self, groups: &[Vec<usize>], marks: bool) {
         let united: Vec<United> =
             groups.par_iter().map(|members| unite(&self.pieces, members, self.volume)).collect();
-        let area = |piece: &DirectedPiece| piece.fragment.solid.mesh.area();
         let mut gone = vec![false; self.pieces.len()];
         let (mut fresh, mut alone) = (Vec::new(), Vec::new());
         for United { piece, members, left } in united {
             alone.extend(left);
             let Some(piece) = piece else { continue };
-            // A closed crack had two faces.
-            let before: f64 = members.iter().map(|&k| area(&self.pieces[k])).sum();
-            self.closed += (0.5 * (before - area(&piece))).max(0.0);
             members.iter().for_each(|&k| gone[k] = true);
             fresh.push(piece);
         }
@@ -255,9 +249,8 @@ impl<'a> DirectedBody<'a> {
         for (mut piece, cut) in std::mem::take(&mut self.pieces).into_iter().zip(cut) {
             match cut {
                 None => pieces.push(piece),
-                Some(Some((parts, area, warnings))) => {
+                Some(Some((parts, warnings))) => {
                     pieces.extend(parts);
-                    self.added += area;
                     self.warnings.extend(warnings);
                 }
                 Some(None) => {

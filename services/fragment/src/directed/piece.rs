@@ -36,13 +36,13 @@ impl DirectedPiece {
             .then_with(|| by_place().find(|order| order.is_ne()).unwrap_or(Ordering::Equal))
     }
 
-    /// Its parts along the cells of sites, which move as it does, the crack area between them
-    /// \[m²\] and what the cut warns of; nothing if it cannot be cut.
+    /// Its parts along the cells of sites, which move as it does, and what the cut warns of; nothing
+    /// if it cannot be cut.
     pub(super) fn cut(
         &self,
         LabelledSites { sites, labels }: &LabelledSites,
         settings: &CutSettings,
-    ) -> Option<(Vec<Self>, f64, Vec<String>)> {
+    ) -> Option<(Vec<Self>, Vec<String>)> {
         let times = vec![0.0; sites.len()];
         let cut = by_sites(&self.fragment.solid, sites, labels, &times, settings).ok()?;
         if cut.parts.len() < 2 {
@@ -60,7 +60,7 @@ impl DirectedPiece {
             let fragment = Fragment { solid, hulls, velocity, spin, sheet };
             Self::new((fragment, FragmentOrigin::Directed))
         };
-        Some((cut.parts.into_iter().map(part).collect(), cut.crack_area, cut.warnings))
+        Some((cut.parts.into_iter().map(part).collect(), cut.warnings))
     }
 
     /// Pieces that are one now: the motion has their momentum and angular momentum.
