@@ -94,7 +94,7 @@ impl RunAttempt {
         let options = RunOptions::new(&self.folder, &self.stop);
         self.live.at(Some(start_of(&scene)));
         let outcome = run(&scene, &replaying, &options, &mut |news| match news {
-            News::Line(line) => self.live.log(line),
+            News::Line(line) | News::Results(line) => self.live.log(line),
             News::At(p) => {
                 self.live.at(Some(*p));
                 let (time, settled) = ((p.time * 1e6) as u64, self.live.jobs().settled);

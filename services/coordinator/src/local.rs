@@ -32,7 +32,7 @@ pub fn run_here(
     tracing::info!(scene = scene.name, "run started");
     let live = RunStatus::default();
     let results = RunResults::open(options.out, &options.again, build)?;
-    results.warning().into_iter().for_each(|line| news(&News::Line(line)));
+    results.warning().into_iter().for_each(|line| news(&News::Results(line)));
     let replaying = ReplayingPool::new(pool, Some(&results), &live);
     let outcome = run(scene, &replaying, options, news);
     replaying.close();
@@ -40,7 +40,7 @@ pub fn run_here(
     if refused {
         results.discard();
     } else {
-        results.lines(&live.jobs()).into_iter().for_each(|line| news(&News::Line(line)));
+        results.lines(&live.jobs()).into_iter().for_each(|line| news(&News::Results(line)));
     }
     // A run that came to nothing leaves nothing.
     if outcome.is_ok() || live.jobs().opened > 0 && !refused {

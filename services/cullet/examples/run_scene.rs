@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             eprintln!("{:.3} s: {fractures} fractures so far", position.time);
         }
         News::At(_) => {}
-        News::Line(line) => eprintln!("{line}"),
+        News::Line(line) | News::Results(line) => eprintln!("{line}"),
     })?;
 
     // What the scene expects of itself, and does not hold.

@@ -99,7 +99,7 @@ impl LivePage {
         let due = self.feed.is_due();
         let Some(run) = self.runs.get_mut(self.at) else { return };
         match news {
-            News::Line(line) => run.line = lines(line),
+            News::Line(line) | News::Results(line) => run.line = lines(line),
             News::At(position) => run.info.position = Some(*position),
         }
         if due {

@@ -208,7 +208,7 @@ impl Drop for LocalPool {
 /// let options = RunOptions::new(out, &stop);
 /// let outcome = run(&scene, &LocalWorkers::default(), &options, &mut |news| match news {
 ///     News::At(position) => println!("{:.3} of {:.3} s", position.time, position.end),
-///     News::Line(line) => println!("{line}"),
+///     News::Line(line) | News::Results(line) => println!("{line}"),
 /// })?;
 ///
 /// assert!(!outcome.interrupted);

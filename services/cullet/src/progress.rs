@@ -101,11 +101,11 @@ impl ProgressDisplay {
         }
         let left = match news {
             News::At(position) => self.left(position),
-            News::Line(_) => String::new(),
+            News::Line(_) | News::Results(_) => String::new(),
         };
         match (news, &self.bar) {
-            (News::Line(line), Some(bar)) => bar.println(lines(line)),
-            (News::Line(line), None) => logs::say(lines(line)),
+            (News::Line(line) | News::Results(line), Some(bar)) => bar.println(lines(line)),
+            (News::Line(line) | News::Results(line), None) => logs::say(lines(line)),
             (News::At(position), Some(bar)) => {
                 bar.set_position((share(position) * PARTS as f64) as u64);
                 bar.set_message(text(position) + &left);

@@ -167,6 +167,7 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
     if args.replace {
         clear_sweep(&folder.path)?;
     }
+    let tells_results = args.again.from.is_some() && !args.voice.quiet;
     let mut rows = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
         let out = folder.path.join(format!("{}", index + 1));
@@ -180,10 +181,11 @@ fn run_all(args: &args::RunArgs) -> Result<Exit, CommandError> {
         let outcome = pool.run(scene, &options, &mut |news| {
             live.iter_mut().for_each(|page| page.show(news, &pool));
             match news {
-                News::Line(line) if args.voice.verbose > 0 || is_of_results(line, args) => {
+                News::Line(line) if args.voice.verbose > 0 => logs::say(lines_of(line)),
+                News::Results(line) if args.voice.verbose > 0 || tells_results => {
                     logs::say(lines_of(line));
                 }
-                News::Line(_) | News::At(_) => {}
+                News::Line(_) | News::Results(_) | News::At(_) => {}
             }
         });
         let exit = match &outcome {
@@ -215,13 +217,6 @@ fn failed_row(number: usize, error: &RunError) -> Exit {
     let trouble = trouble.said(text);
     logs::error(&trouble);
     trouble.exit
-}
-
-/// Whether a line is about results that a run took, or could not take, from an earlier one.
-fn is_of_results(line: &str, args: &args::RunArgs) -> bool {
-    let about = [" jobs were solved again", " taken from ", " kept no results "];
-    let from = args.again.from.is_some() && !args.voice.quiet;
-    from && about.iter().any(|words| line.contains(words))
 }
 
 /// What is made of the runs of a sweep.

@@ -156,7 +156,7 @@ impl RunListener {
     /// Whether the run is to stop.
     fn hear(&mut self, news: &News) -> bool {
         match news {
-            News::Line(line) => self.lines.push(line.clone()),
+            News::Line(line) | News::Results(line) => self.lines.push(line.clone()),
             News::At(position) => {
                 self.held = Some(*position);
                 if self.told.is_none_or(|told| told.elapsed() >= PERIOD) {

@@ -72,6 +72,8 @@ pub enum News {
     At(Position),
     /// A line worth a log.
     Line(String),
+    /// A line about results that were taken, or could not be taken, from an earlier run.
+    Results(String),
 }
 
 /// A run that came to its end, or was asked to stop.

@@ -49,12 +49,19 @@ pub(super) fn strength(
             Err((key, why)) => context.wrong(&join(&path, key), why),
         }
     }
+    let strokes = field.strokes.len();
+    let painted = body.paint.len().max(strokes);
+    if painted > MAX_STROKES {
+        let message = format!("at most {MAX_STROKES} items and pieces of lines; it has {painted}");
+        context.wrong(&path, message);
+    }
     let whole = direction.iter().flat_map(|direction| &direction.whole);
     field.strokes.extend(whole.map(|region| held(region, -geometry.origin)));
-    let most = body.paint.len().max(field.strokes.len());
-    if most > MAX_STROKES {
-        let message = format!("at most {MAX_STROKES} items and pieces of lines; it has {most}");
-        context.wrong(&path, message);
+    if painted <= MAX_STROKES && field.strokes.len() > MAX_STROKES {
+        let (most, whole) = (MAX_STROKES - strokes, field.strokes.len() - strokes);
+        let beside = format!("beside {strokes} painted regions and pieces of lines");
+        let message = format!("at most {most} {beside}; it has {whole}");
+        context.wrong(&join(&join(own, "pieces"), "whole"), message);
     }
     field
 }

@@ -230,3 +230,20 @@ fn parts_that_stay_whole_are_strong() {
     let region = Region::Sphere { centre: Vec3::new(0.1, 0.0, 0.0), radius: 0.02 };
     assert_eq!((last.region, last.factor), (region, 100.0));
 }
+
+/// Too many regions in all are told where they are: parts that stay whole are strokes too.
+#[test]
+fn too_many_parts_that_stay_whole_are_told_at_these() {
+    let ball = "{ centre = [0, 0, 0.2], radius = 0.01 }, ".repeat(60);
+    let part = "{ kind = \"sphere\", centre = [0, 0, 0.2], radius = 0.02, factor = 0.5 }, ";
+    let scene = |painted: usize| {
+        let paint = part.repeat(painted);
+        let shape = "shape = { kind = \"cone\", radius = 0.1, height = 0.4 }";
+        let paint = format!("material = \"granite\"\n{shape}\npaint = [{paint}]");
+        format!("[[body]]\nname = \"slab\"\n{paint}\npieces = {{ whole = [{ball}] }}\n")
+    };
+    assert_eq!(strength(&scene(196), &[], &[]).strokes.len(), 256);
+    let why = load(&scene(200), &[], &[]).expect_err("too many").to_string();
+    let told = "at most 56 beside 200 painted regions and pieces of lines; it has 60";
+    assert!(why.contains(told) && why.contains("pieces.whole"), "{why}");
+}
