@@ -76,6 +76,17 @@ fn runs_of_a_sweep_one_by_one_are_gathered_as_if_they_were_done_together() {
     assert_eq!(said.code, 0, "{}", said.stderr);
     assert_eq!(digests(&parts), digests(&whole));
     assert_eq!(size(&parts.join("sheet.png")), (3 * 486 + 6, 2 * 326 + 6));
+    // Of a sweep that asks for other values it is not.
+    let text = fs::read_to_string(&file).expect("a sweep");
+    fs::write(&file, text.replace("[5, 6]", "[5, 7]")).expect("a sweep");
+    let other = run(&file, &["--gather"], &parts);
+    assert_eq!(other.code, 66, "{}", other.stderr);
+    let why = "is of another row: the sweep says world.seed=7";
+    assert!(
+        other.stderr.contains(why) && other.stderr.contains("world.seed=6"),
+        "{}",
+        other.stderr
+    );
 }
 
 /// Pixels of a PNG.

@@ -139,7 +139,17 @@ fn source(args: &OpenJobArgs, job: &BatchJob, folder: &Path) -> Value {
 
 /// The parameter for the folder that schedulers take along with a file: no command names it.
 fn inputs(path: &Path, job: &BatchJob, folder: &Path) -> Option<Value> {
-    let default = below(folder, &job.files).filter(|_| path.is_file())?;
+    if !path.is_file() {
+        return None;
+    }
+    let Some(default) = below(folder, &job.files) else {
+        logs::say(format!(
+            "there is no Inputs, for {} is not in the folder of the template: a scheduler that \
+             takes files along takes none of it",
+            job.files.display()
+        ));
+        return None;
+    };
     Some(json!({
         "name": "Inputs",
         "type": "PATH",

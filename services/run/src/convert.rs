@@ -9,7 +9,7 @@ use cullet_world::Replacement;
 use std::collections::BTreeMap;
 
 /// Name of the attachment that holds the `path=value` arguments of the run.
-const OVERRIDES: &str = "overrides.txt";
+pub const OVERRIDES: &str = "overrides.txt";
 
 /// Name of the attachment that holds every number of every material, with its unit.
 const MATERIALS: &str = "materials.json";

@@ -19,6 +19,7 @@ mod sheets;
 mod tests;
 
 pub use again::{RESULTS, RunAgain};
+pub use convert::OVERRIDES;
 pub use cullet_proto::service::Position;
 pub use error::RunError;
 pub use jobs::{Idle, JobPool, PoolLoad, WantedJob};

@@ -10,6 +10,7 @@ use crate::shown::shown;
 use cullet::Recording;
 use cullet_picture::{Framing, SheetView};
 use cullet_proto::recording::EventKind;
+use cullet_run::OVERRIDES;
 use std::path::Path;
 
 /// `cullet run SWEEP --only N --out DIR`: the run of row N, into DIR/N. It is done also where an
@@ -44,13 +45,13 @@ pub(super) fn gather(args: &RunArgs) -> Result<Exit, CommandError> {
     let count = named.sweep.rows.len();
     args.sheet.fits(Some(count))?;
     let out = args.out.as_deref().unwrap_or(Path::new(""));
-    let row = |number: usize| {
-        let folder = out.join(number.to_string());
-        let exit = end_of(&folder);
+    let row = |(index, values): (usize, &Vec<String>)| {
+        let folder = out.join((index + 1).to_string());
+        let exit = end_of(&folder, &named.sweep.overrides(values));
         let folder = (exit != Exit::Unknown).then_some(folder);
         SweepRow { run: None, folder, exit }
     };
-    let rows: Vec<SweepRow> = (1..=count).map(row).collect();
+    let rows: Vec<SweepRow> = named.sweep.rows.iter().enumerate().map(row).collect();
     let missing = rows.iter().filter(|row| row.folder.is_none()).count();
     if missing == count {
         let (file, folder) = (args.scene.scene.display(), out.display());
@@ -79,13 +80,24 @@ fn framing(args: &RunArgs, named: &Named) -> Result<Framing, CommandError> {
 }
 
 /// How the run in a folder ended: what it says of the expectations of its scene; one that ended
-/// early says nothing.
-fn end_of(folder: &Path) -> Exit {
+/// early says nothing. One that was made with other values than its row has is not of the row.
+fn end_of(folder: &Path, overrides: &[String]) -> Exit {
     let file = folder.join("run.mcap");
     if !file.is_file() || !folder.join("summary.json").is_file() {
         return Exit::Unknown;
     }
     let Ok(recording) = Recording::open(&file) else { return Exit::Unknown };
+    let had = recording.attachments.get(OVERRIDES).map(|text| String::from_utf8_lossy(text));
+    let had: Vec<&str> = had.iter().flat_map(|text| text.lines()).collect();
+    if let Some(other) = overrides.iter().find(|set| !had.contains(&set.as_str())) {
+        let (folder, had) = (folder.display(), had.join(", "));
+        logs::warn(format!(
+            "{folder} is of another row: the sweep says {}, it was made with \"{}\"",
+            shown(other),
+            shown(&had)
+        ));
+        return Exit::Unknown;
+    }
     let told = recording.events.iter().filter(|event| event.kind() == EventKind::Expectation);
     let held: Vec<bool> = told.map(|event| event.held).collect();
     match held[..] {

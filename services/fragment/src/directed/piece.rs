@@ -36,8 +36,8 @@ impl DirectedPiece {
             .then_with(|| by_place().find(|order| order.is_ne()).unwrap_or(Ordering::Equal))
     }
 
-    /// Its parts along the cells of sites, which move as it does, and what the cut warns of; nothing
-    /// if it cannot be cut.
+    /// Its parts along the cells of sites, which move as it does, and what the cut warns of;
+    /// nothing if it cannot be cut.
     pub(super) fn cut(
         &self,
         LabelledSites { sites, labels }: &LabelledSites,

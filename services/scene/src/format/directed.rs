@@ -317,7 +317,8 @@ pub struct FieldEntry {
     pub normal: Option<[f64; 3]>,
 }
 
-/// The box outside of which bodies are removed, once their centre of mass is there.
+/// The box outside of which bodies are removed, once their centre of mass is there; what is fixed
+/// or driven stays.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WorldBounds {
