@@ -61,7 +61,9 @@ pub fn by_sites(
     times: &[f64],
     settings: &CutSettings,
 ) -> Result<Partition, CutError> {
-    attempts(|attempt| Cutting::begin(solid, sites, labels, times, settings, attempt)?.run())
+    attempts(|attempt| {
+        Cutting::begin(solid, sites, labels, times, sites.len(), settings, attempt)?.run()
+    })
 }
 
 /// Tries again with another jitter where that may help.

@@ -1,6 +1,7 @@
 //! A broken look at the price of a diagram: Voronoi cells around the impact, as many as the energy
 //! can pay for and the rate of strain asks for; radials and rings where a plate is hit on its face.
-//! Of its strength only scored lines count: cracks lie on them. The pattern is not caused by stress; volume, mass, momentum and the energy bound are kept.
+//! Of its strength only scored lines count: cracks lie on them. The pattern is not caused by
+//! stress; volume, mass, momentum and the energy bound are kept.
 
 mod held;
 mod probes;
@@ -18,7 +19,7 @@ use cullet_model::{
     Problem, Progress, Refusal, Report, Solver,
 };
 use probes::{PROBES, Probes};
-use scored::{ScoredSites, along_lines};
+use scored::{ScoredLines, ScoredSites};
 
 /// Share of the approach energy that goes into new surface. Ladder runs give 0.05 to 0.3; the rest
 /// is heat, sound and motion.
@@ -37,8 +38,11 @@ pub struct Geometric {
     body: MassProperties,
     /// Where cells may be, the most important first \[m\].
     sites: Vec<Vec3>,
-    /// How many of them are used.
+    /// How many of them are used: at first, and now.
+    first_count: usize,
     count: usize,
+    /// The scored lines that cracks keep to.
+    lines: Option<ScoredLines>,
     cutting: Option<Cutting>,
     attempt: u64,
     tries: u32,
@@ -88,7 +92,21 @@ impl Solver for Geometric {
         if sites.len() < 2 {
             warnings.push("the body is too thin to be probed: left whole".to_owned());
         }
-        Ok(Self { problem, body, sites, count, cutting: None, attempt: 0, tries: 0, warnings })
+        let scored = problem.strength.scored(0.0);
+        let lines = ScoredLines::of(&scored, &problem.solid.mesh, problem.seed);
+        let (attempt, tries) = (0, 0);
+        Ok(Self {
+            problem,
+            body,
+            sites,
+            first_count: count,
+            count,
+            lines,
+            cutting: None,
+            attempt,
+            tries,
+            warnings,
+        })
     }
 
     fn advance(&mut self) -> Progress {
@@ -97,6 +115,10 @@ impl Solver for Geometric {
             Err(_) if self.attempt + 1 < ATTEMPTS => {
                 self.attempt += 1;
                 self.cutting = None;
+                Progress::Running(0.0)
+            }
+            Err(error) if self.lines.is_some() => {
+                self.leave_lines(&error.to_string());
                 Progress::Running(0.0)
             }
             Err(error) => Progress::Failed(Failure::Cut(error.to_string())),
@@ -117,12 +139,29 @@ impl Geometric {
         let energy: f64 = self.problem.impacts.iter().map(|impact| impact.energy).sum();
         let needed = partition.crack_area * self.problem.material.fracture_energy;
         if needed > energy {
-            self.tries += 1;
-            self.count = if self.tries < TRIES { self.count * 2 / 3 } else { 1 };
-            self.cutting = None;
+            self.have_fewer_cells();
             return Ok(Progress::Running(0.0));
         }
         Ok(Progress::Done(self.fracture(partition).into()))
+    }
+
+    /// What the energy did not pay for is tried with fewer cells; where even two along the scored
+    /// lines cost too much, without the lines.
+    fn have_fewer_cells(&mut self) {
+        self.cutting = None;
+        self.tries += 1;
+        self.count = if self.tries < TRIES { self.count * 2 / 3 } else { 1 };
+        if self.count < 2 && self.lines.is_some() {
+            self.leave_lines("the energy does not pay for cracks along them");
+        }
+    }
+
+    /// Begins anew as if the body had no scored lines.
+    fn leave_lines(&mut self, why: &str) {
+        self.warnings.push(format!("scored lines are passed over: {why}"));
+        self.lines = None;
+        self.cutting = None;
+        (self.attempt, self.tries, self.count) = (0, 0, self.first_count);
     }
 
     fn cut(&self) -> Result<Cutting, CutError> {
@@ -132,16 +171,32 @@ impl Geometric {
             seed: self.problem.seed,
             detail: self.problem.settings.brittle.detail,
         };
-        // One cell is the whole body, wherever its site is.
-        let whole = [self.body.centroid];
-        let (sites, scored) = match self.count {
-            0 | 1 => (&whole[..], Vec::new()),
-            count => (&self.sites[..count], self.problem.strength.scored(0.0)),
-        };
-        let diagonal = self.problem.solid.mesh.diagonal();
-        let ScoredSites { sites, labels } = along_lines(sites, &scored, diagonal);
+        let cells = self.cells();
+        let (count, ScoredSites { sites, labels }) = (cells.count(), cells);
         let times = vec![0.0; sites.len()];
-        Cutting::begin(&self.problem.solid, &sites, &labels, &times, &settings, self.attempt)
+        let solid = &self.problem.solid;
+        Cutting::begin(solid, &sites, &labels, &times, count, &settings, self.attempt)
+    }
+
+    /// The sites of the cells. Where lines part more of them than there may be fragments, which
+    /// would be joined again across lines, there are fewer.
+    fn cells(&self) -> ScoredSites {
+        let mut count = self.count;
+        if count < 2 {
+            // One cell is the whole body, wherever its site is.
+            return ScoredSites::plain(vec![self.body.centroid]);
+        }
+        let Some(lines) = &self.lines else {
+            return ScoredSites::plain(self.sites[..count].to_vec());
+        };
+        let most = self.problem.settings.max_fragments as usize;
+        loop {
+            let cells = lines.along(&self.sites[..count]);
+            if cells.count() <= most || count == 1 {
+                return cells;
+            }
+            count = (count * most / cells.count()).max(1);
+        }
     }
 
     fn fracture(&mut self, partition: Partition) -> Fragmentation {

@@ -2,8 +2,8 @@ use super::Geometric;
 use cullet_geometry::{Solid, TriMesh, Vec3};
 use cullet_model::strength::{Region, Stroke};
 use cullet_model::{
-    BrittleProblem, Fragmentation, Impact, Material, Progress, Refusal, Settings, Solver,
-    StrengthField, Support,
+    BrittleProblem, CrackFaceDetail, Fragment, Fragmentation, Impact, Material, Progress, Refusal,
+    Settings, Solver, StrengthField, Support,
 };
 use std::sync::Arc;
 
@@ -283,5 +283,92 @@ fn no_piece_lies_across_a_scored_line() {
             let across = reach(1.0).min(reach(-1.0));
             assert!(across < 2e-3, "a piece of seed {seed} reaches {across} m across the line");
         }
+    }
+}
+
+/// A line of which little is in the body takes pairs of sites there alone, and one that passes it
+/// by takes none.
+#[test]
+fn a_line_longer_than_the_body_is_scored_in_the_body_alone() {
+    let solid = block(Vec3::new(0.2, 0.3, 0.05));
+    let sites = [Vec3::new(-0.08, 0.0, 0.0), Vec3::new(0.08, 0.0, 0.0)];
+    let inward = Vec3::z() * -0.05;
+    let pairs = |from: Vec3, to: Vec3| {
+        let groove = Region::Groove { from, to, inward, half_width: 0.0 };
+        let lines = super::scored::ScoredLines::of(&[groove], &solid.mesh, 1);
+        lines.map_or_else(Vec::new, |lines| {
+            let scored = lines.along(&sites);
+            assert_eq!(scored.sites.len(), scored.labels.len());
+            scored.sites[sites.len()..].to_vec()
+        })
+    };
+    let top = |x: f64, y: f64| Vec3::new(x, y, 0.025);
+    let own = pairs(top(0.01, -0.15), top(0.01, 0.15));
+    let long = pairs(top(0.01, -300.0), top(0.01, 300.0));
+    assert!(own.len() > 50 && long.len() < own.len() * 3 / 2, "{} and {}", own.len(), long.len());
+    assert!(long.iter().all(|site| site.y.abs() < 0.17), "{long:?}");
+    assert!(pairs(top(0.2, -300.0), top(0.2, 300.0)).is_empty());
+    assert!(pairs(top(-300.0, -300.0), top(-300.0, 300.0)).is_empty());
+}
+
+/// A line that the energy does not pay for is no reason to stay whole: the body breaks as one that
+/// has no line.
+#[test]
+fn a_line_that_costs_too_much_is_passed_over() {
+    let size = Vec3::new(0.1, 0.06, 0.04);
+    let plain = problem(size, 0.3);
+    let mut scored = plain.clone();
+    let strokes = (0..10).map(|k| {
+        let y = 0.0055 * (f64::from(k) - 4.5);
+        let [from, to] = [-0.05, 0.05].map(|x| Vec3::new(x, y, 0.02));
+        let region = Region::Groove { from, to, inward: Vec3::z() * -0.04, half_width: 0.0 };
+        Stroke { region, factor: 0.2, edge: 0.0 }
+    });
+    scored.strength.strokes = strokes.collect();
+    let [plain, scored] = [plain, scored].map(solve);
+    assert!(plain.fragments.len() > 1, "{}", plain.fragments.len());
+    assert_eq!(scored.fragments, plain.fragments);
+    assert!(scored.report.warnings[0].contains("scored lines"), "{:?}", scored.report.warnings);
+    assert!(plain.report.warnings.is_empty());
+}
+
+/// No piece lies on both sides of one of two lines that cross, along axes or aslant; faces along
+/// axes have their relief too.
+#[test]
+fn pieces_end_at_lines_that_cross() {
+    let size = Vec3::new(0.2, 0.3, 0.05);
+    let across = |turn: f64, seed: u64, relief: bool| {
+        let (s, c) = turn.sin_cos();
+        let middle = Vec3::new(0.011, -0.02, 0.025);
+        let ways = [Vec3::new(c, s, 0.0), Vec3::new(-s, c, 0.0)];
+        let strokes = ways.map(|way| {
+            let [from, to] = [-0.5, 0.5].map(|x| middle + way * x);
+            let region = Region::Groove { from, to, inward: Vec3::z() * -0.05, half_width: 0.0 };
+            Stroke { region, factor: 0.2, edge: 0.0 }
+        });
+        let mut problem = problem(size, 4.0);
+        (problem.strength.strokes, problem.seed) = (strokes.to_vec(), seed);
+        if relief {
+            problem.settings.brittle.detail =
+                CrackFaceDetail { grain: 0.05, ..CrackFaceDetail::NONE };
+        }
+        let fracture = solve(problem);
+        assert!(fracture.fragments.len() > 10, "{}", fracture.fragments.len());
+        assert!(fracture.report.warnings.is_empty(), "{:?}", fracture.report.warnings);
+        let reach = |fragment: &Fragment, normal: &Vec3| {
+            let off = fragment.solid.mesh.vertices.iter().map(|v| (v - middle).dot(normal));
+            let [least, most] = off.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(x), high.max(x)]
+            });
+            most.min(-least)
+        };
+        let all = fracture.fragments.iter();
+        all.flat_map(|f| ways.map(|way| reach(f, &way))).fold(0.0, f64::max)
+    };
+    for (turn, seed) in [(0.0, 0), (0.0, 1), (0.0, 2), (0.4, 0), (0.4, 1), (0.4, 2)] {
+        let across = across(turn, seed, (turn, seed) == (0.0, 0));
+        println!("{across} m at {turn} rad, seed {seed}");
+        // Half the distance of pairs where the lines cross.
+        assert!(across < 5.5e-3, "{across} m at {turn} rad, seed {seed}");
     }
 }

@@ -169,11 +169,15 @@ impl Strength {
     }
 
     /// Toughness (K_Ic) below scored lines over that without them at `x`, a point of the body's
-    /// frame \[m\]: for families in which strength alone does not say what a crack costs. What is
-    /// left to part of a groove is weaker and has less area: σ_f and K_Ic fall alike \[1\].
+    /// frame \[m\], as little as its strength is of σ_f: for families in which strength alone does
+    /// not say what a crack costs. 1 where the scene paints the place stronger \[1\].
     #[must_use]
     pub fn score(&self, x: &Vec3) -> f64 {
-        painted(&self.grooves, &(x + self.field.offset)).clamp(BOUNDS.0, 1.0)
+        let x = x + self.field.offset;
+        let score = painted(&self.grooves, &x);
+        // Painted stronger as a whole, as what is to stay in one piece, it is no groove.
+        let painted = painted(&self.field.strokes, &x);
+        score.max(painted).clamp(BOUNDS.0, 1.0)
     }
 
     fn flaws(&self, x: &Vec3) -> f64 {

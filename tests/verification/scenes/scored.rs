@@ -3,12 +3,29 @@
 use crate::common::{Cullet, corpus, unique};
 use cullet_geometry::inside::Nearest;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
+use cullet_proto::recording::Body;
 use cullet_record::Recording;
 
 /// Places along a line that are looked at, without its ends.
 const PLACES: usize = 60;
 /// Depths at which, over the thickness \[1\].
 const DEPTHS: [f64; 3] = [0.1, 0.5, 0.9];
+
+/// The crack faces of pieces, where these were in the whole body that they broke from.
+pub(super) fn cracks(recording: &Recording, pieces: &[&Body]) -> TriMesh {
+    let places = recording.rest_places();
+    let mut cracks = TriMesh::default();
+    for body in pieces {
+        let solid = Solid::try_from(&recording.geometries[&body.geometry]).expect("a solid");
+        for (t, _) in solid.surface.iter().enumerate().filter(|(_, s)| **s != Surface::Outer) {
+            let first = cracks.vertices.len() as u32;
+            let corners = solid.mesh.corners(t).map(|x| x + places[&body.id].origin);
+            cracks.vertices.extend(corners);
+            cracks.triangles.push([first, first + 1, first + 2]);
+        }
+    }
+    cracks
+}
 
 /// Distances from places below a line to the nearest crack \[m\], sorted, and the spacing of the solve
 /// \[m\], zero where there was none.
@@ -19,18 +36,8 @@ fn distances(scene: &str, sets: &[&str], [from, to]: [Vec3; 2], deep: f64) -> (V
     let run = run.args(&sets.collect::<Vec<_>>()).output();
     assert_eq!(run.code, 0, "{scene}: {}", run.stderr);
     let recording = Recording::open(&folder.join("run.mcap")).expect("a recording");
-    let places = recording.rest_places();
-    let mut cracks = TriMesh::default();
-    for body in recording.bodies.iter().filter(|body| body.parent.is_some()) {
-        let solid = Solid::try_from(&recording.geometries[&body.geometry]).expect("a solid");
-        for (t, _) in solid.surface.iter().enumerate().filter(|(_, s)| **s != Surface::Outer) {
-            let first = cracks.vertices.len() as u32;
-            let corners = solid.mesh.corners(t).map(|x| x + places[&body.id].origin);
-            cracks.vertices.extend(corners);
-            cracks.triangles.push([first, first + 1, first + 2]);
-        }
-    }
-    let surface = Nearest::new(&cracks);
+    let pieces = recording.bodies.iter().filter(|body| body.parent.is_some());
+    let surface = Nearest::new(&cracks(&recording, &pieces.collect::<Vec<_>>()));
     let at = |k: usize| from + (to - from) * ((k as f64 + 2.5) / (PLACES as f64 + 4.0));
     let below = |depth: f64| (0..PLACES).map(move |k| at(k) - Vec3::z() * (depth * deep));
     let distances: Vec<f64> =
@@ -52,7 +59,7 @@ fn distances(scene: &str, sets: &[&str], [from, to]: [Vec3; 2], deep: f64) -> (V
 }
 
 /// The share of places from which a crack is no farther than `most` \[m\].
-fn share(distances: &[f64], most: f64) -> f64 {
+pub(super) fn share(distances: &[f64], most: f64) -> f64 {
     distances.iter().filter(|far| **far <= most).count() as f64 / distances.len() as f64
 }
 
@@ -83,4 +90,6 @@ fn a_scored_pane_breaks_along_its_line() {
     let line = [Vec3::new(0.03, -0.12, 0.0025), Vec3::new(0.07, 0.12, 0.0025)];
     let (far, cell) = distances("scored-pane.toml", &[], line, 0.005);
     assert!(cell > 0.0 && share(&far, cell) >= 0.95, "{cell} m: {far:?}");
+    let (far, cell) = distances("scored-pane.toml", &["body.pane.paint.0.factor=1"], line, 0.005);
+    assert!(share(&far, cell) < 0.6, "{cell} m: {far:?}");
 }

@@ -43,7 +43,8 @@ pub struct Cutting {
 }
 
 impl Cutting {
-    /// Makes the diagram. `attempt` > 0 shakes the sites: for a second try after an accident.
+    /// Makes the diagram. `cells` says into how many the body is divided, by whose size relief is
+    /// measured. `attempt` > 0 shakes the sites: for a second try after an accident.
     ///
     /// # Errors
     /// As [`super::by_sites`].
@@ -52,14 +53,15 @@ impl Cutting {
         sites: &[Vec3],
         labels: &[u32],
         times: &[f64],
+        cells: usize,
         settings: &CutSettings,
         attempt: u64,
     ) -> Result<Self, CutError> {
         let body = CutBody::new(solid, settings)?;
-        let cells = cells_of(&body, sites, labels, times, settings.seed, attempt)?;
-        let mut mosaic = Mosaic::of_cells(&cells, times)?;
+        let diagram = cells_of(&body, sites, labels, times, settings.seed, attempt)?;
+        let mut mosaic = Mosaic::of_cells(&diagram, times)?;
         if attempt == 0 && !settings.detail.is_none() {
-            let spacing = libm::cbrt(body.volume / labels.len() as f64) / CELL;
+            let spacing = libm::cbrt(body.volume / cells as f64) / CELL;
             let terms = ReliefTerms {
                 detail: settings.detail,
                 spacing,

@@ -8,7 +8,7 @@ use cullet_model::Fragment;
 use rayon::prelude::*;
 
 /// A face is one that was found if its middle is nearer to one of those than this share of the
-/// size of the body \[1\].
+/// diagonal of the largest fragment \[1\].
 const TOGETHER: f64 = 1e-7;
 
 /// The area of cracks that the pieces have and the fragments that were found had not, and of those
@@ -22,7 +22,8 @@ pub(super) fn crack_areas(found: &[Fragment], pieces: &[DirectedPiece]) -> (f64,
             cracks.triangles.push([first, first + 1, first + 2]);
         }
     }
-    let near = TOGETHER * cracks.diagonal();
+    let sizes = found.iter().map(|fragment| fragment.solid.mesh.diagonal());
+    let near = TOGETHER * sizes.fold(0.0, f64::max);
     let before = cracks.area();
     let surface = Nearest::new(&cracks);
     let of = |piece: &DirectedPiece| -> (f64, f64) {

@@ -138,6 +138,7 @@ impl Stroke {
             _ => false,
         }
     }
+
     /// The factor at a point: smooth over the seam.
     pub(super) fn factor_at(&self, x: &Vec3) -> f64 {
         let distance = self.region.distance(x);
