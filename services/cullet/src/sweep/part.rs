@@ -45,22 +45,31 @@ pub(super) fn gather(args: &RunArgs) -> Result<Exit, CommandError> {
     let count = named.sweep.rows.len();
     args.sheet.fits(Some(count))?;
     let out = args.out.as_deref().unwrap_or(Path::new(""));
-    let row = |(index, values): (usize, &Vec<String>)| {
-        let folder = out.join((index + 1).to_string());
-        let exit = end_of(&folder, &named.sweep.overrides(values));
-        let folder = (exit != Exit::Unknown).then_some(folder);
-        SweepRow { run: None, folder, exit }
+    let folder = |index: usize| out.join((index + 1).to_string());
+    let values = named.sweep.rows.iter().enumerate();
+    let found: Vec<RowRun> =
+        values.map(|(k, row)| RowRun::of(&folder(k), &named.sweep.overrides(row))).collect();
+    let others = found.iter().filter(|run| matches!(run, RowRun::Other)).count();
+    let row = |(k, run): (usize, RowRun)| match run {
+        RowRun::There(exit) => SweepRow { run: None, folder: Some(folder(k)), exit },
+        RowRun::Missing | RowRun::Other => {
+            SweepRow { run: None, folder: None, exit: Exit::Unknown }
+        }
     };
-    let rows: Vec<SweepRow> = named.sweep.rows.iter().enumerate().map(row).collect();
+    let rows: Vec<SweepRow> = found.into_iter().enumerate().map(row).collect();
     let missing = rows.iter().filter(|row| row.folder.is_none()).count();
+    let again = if others > 0 { " --replace" } else { "" };
     if missing == count {
         let (file, folder) = (args.scene.scene.display(), out.display());
-        let text =
-            format!("{folder}: no run of {file} is there: cullet run {file} --only N makes one");
+        let text = format!(
+            "{folder}: no run of {file} is there: cullet run {file} --only N{again} makes one"
+        );
         return Err(CommandError::new(Exit::Unknown, text).at(folder));
     }
     if missing > 0 && !args.voice.quiet {
-        logs::say(format!("{missing} of {count} runs are not there: their rows are empty"));
+        let missing = missing - others;
+        let text = format!("{missing} of {count} runs are not there, {others} left out");
+        logs::say(format!("{text}: their rows are empty"));
     }
     let framing = framing(args, &named)?;
     let view = SheetView { times: args.sheet.at.clone(), framing };
@@ -79,30 +88,73 @@ fn framing(args: &RunArgs, named: &Named) -> Result<Framing, CommandError> {
     }
 }
 
-/// How the run in a folder ended: what it says of the expectations of its scene; one that ended
-/// early says nothing. One that was made with other values than its row has is not of the row.
-fn end_of(folder: &Path, overrides: &[String]) -> Exit {
-    let file = folder.join("run.mcap");
-    if !file.is_file() || !folder.join("summary.json").is_file() {
-        return Exit::Unknown;
+/// What is in the folder of a row.
+enum RowRun {
+    /// Its run, and how that ended.
+    There(Exit),
+    Missing,
+    /// A run that was made with other values than the row has.
+    Other,
+}
+
+impl RowRun {
+    /// Overrides are those of the row. A run says by the expectations of its scene how it ended;
+    /// one that ended early says nothing.
+    fn of(folder: &Path, overrides: &[String]) -> Self {
+        let file = folder.join("run.mcap");
+        if !file.is_file() || !folder.join("summary.json").is_file() {
+            return Self::Missing;
+        }
+        let Ok(recording) = Recording::open(&file) else { return Self::Missing };
+        let had = recording.attachments.get(OVERRIDES).map(|text| String::from_utf8_lossy(text));
+        let had = had.unwrap_or_default();
+        if !is_of(&had, overrides) {
+            logs::warn(format!(
+                "{} was made with other values than its row has, and is left out: the row has \
+                 \"{}\", the run \"{}\"; --only {} --replace makes it anew",
+                folder.display(),
+                shown(&overrides.join(", ")),
+                shown(&had.replace('\n', ", ")),
+                folder.file_name().unwrap_or_default().display()
+            ));
+            return Self::Other;
+        }
+        let told = recording.events.iter().filter(|event| event.kind() == EventKind::Expectation);
+        let held: Vec<bool> = told.map(|event| event.held).collect();
+        Self::There(match held[..] {
+            [] => Exit::Interrupted,
+            _ if held.contains(&false) => Exit::Unmet,
+            _ => Exit::Done,
+        })
     }
-    let Ok(recording) = Recording::open(&file) else { return Exit::Unknown };
-    let had = recording.attachments.get(OVERRIDES).map(|text| String::from_utf8_lossy(text));
-    let had: Vec<&str> = had.iter().flat_map(|text| text.lines()).collect();
-    if let Some(other) = overrides.iter().find(|set| !had.contains(&set.as_str())) {
-        let (folder, had) = (folder.display(), had.join(", "));
-        logs::warn(format!(
-            "{folder} is of another row: the sweep says {}, it was made with \"{}\"",
-            shown(other),
-            shown(&had)
-        ));
-        return Exit::Unknown;
+}
+
+/// Whether a run that was made with the overrides `had`, a line each, is of a row with these: they
+/// come first, and what the command adds sets none of them again.
+fn is_of(had: &str, overrides: &[String]) -> bool {
+    let Some(more) = had.strip_prefix(&overrides.join("\n")) else { return false };
+    if overrides.is_empty() || more.is_empty() {
+        return true;
     }
-    let told = recording.events.iter().filter(|event| event.kind() == EventKind::Expectation);
-    let held: Vec<bool> = told.map(|event| event.held).collect();
-    match held[..] {
-        [] => Exit::Interrupted,
-        _ if held.contains(&false) => Exit::Unmet,
-        _ => Exit::Done,
+    let key = |set: &str| set.split_once('=').map(|(key, _)| key.trim().to_owned());
+    let keys: Vec<Option<String>> = overrides.iter().map(|set| key(set)).collect();
+    more.strip_prefix('\n').is_some_and(|more| !more.lines().any(|set| keys.contains(&key(set))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_of;
+
+    #[test]
+    fn a_run_is_of_the_row_whose_values_it_has() {
+        let row = ["a.b=[\n1,\n2]", "world.seed=6"].map(str::to_owned);
+        let had = |text: &str| is_of(text, &row);
+        assert!(had("a.b=[\n1,\n2]\nworld.seed=6"));
+        assert!(had("a.b=[\n1,\n2]\nworld.seed=6\nexpect.fractures.max=0"));
+        assert!(!had("a.b=[\n1,\n2]\nworld.seed=61"), "another value");
+        assert!(!had("a.b=[\n1,\n2]\nworld.seed=6\nworld.seed=9"), "set again");
+        assert!(!had("world.seed=6"), "one is missing");
+        assert!(!had(""));
+        assert!(is_of("", &[]) && is_of("world.seed=6", &[]));
     }
 }
