@@ -21,8 +21,9 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 46] = [
+const SHIPPED: [&str; 47] = [
     "pot",
+    "vases",
     "four-shapes",
     "bullet",
     "pair",
