@@ -1,7 +1,7 @@
 //! The layout that a viewer opens a recording with: without one, new topics stay hidden and a run
 //! shows as an empty grid.
 
-use super::display::UPRIGHT;
+use super::display::{UPRIGHT, WORLD};
 use cullet_geometry::Vec3;
 use serde_json::{Value, json};
 
@@ -14,6 +14,10 @@ pub(super) fn layout(objects: Vec<String>, centre: Vec3, radius: f64) -> String 
     let mut topics: serde_json::Map<String, Value> = drawn.collect();
     // Where no object is drawn, the centres of the bodies are what there is to see.
     topics.insert("/fragments".to_owned(), json!({ "visible": none }));
+    // The axes of a frame are a metre long, and would hide what is smaller.
+    let no_axes = json!({ "visible": false });
+    let frames = [UPRIGHT, WORLD].map(|frame| (format!("frame:{frame}"), no_axes.clone()));
+    let frames: serde_json::Map<String, Value> = frames.into_iter().collect();
     let scene = json!({
         "cameraState": {
             "perspective": true, "distance": 4.0 * radius, "phi": 65, "thetaOffset": 40,
@@ -22,8 +26,8 @@ pub(super) fn layout(objects: Vec<String>, centre: Vec3, radius: f64) -> String 
         },
         "followMode": "follow-none",
         "followTf": UPRIGHT,
-        "scene": { "backgroundColor": "#d9dee4", "transforms": { "visible": false } },
-        "transforms": {},
+        "scene": { "backgroundColor": "#d9dee4" },
+        "transforms": frames,
         "topics": topics,
         "layers": {
             "grid": {
@@ -39,7 +43,7 @@ pub(super) fn layout(objects: Vec<String>, centre: Vec3, radius: f64) -> String 
         "configById": {
             "3D!scene": scene,
             "RosOut!log": { "searchTerms": [], "minLogLevel": 1, "topicToRender": "/log" },
-            "Plot!counts": plot("Pieces", &["bodies", "fragments", "fractures", "jobs_open"]),
+            "Plot!counts": plot("Pieces", &["bodies", "fragments", "fractures"]),
             "Plot!energy": plot("Energy [J]", &["translational_energy"]),
         },
         "globalVariables": {},
@@ -71,7 +75,8 @@ fn plot(title: &str, fields: &[&str]) -> Value {
         })
     };
     json!({
-        "title": title, "paths": fields.iter().map(path).collect::<Vec<_>>(),
+        "lichtblickPanelTitle": title, "foxglovePanelTitle": title,
+        "paths": fields.iter().map(path).collect::<Vec<_>>(),
         "showXAxisLabels": true, "showYAxisLabels": true, "showLegend": true,
         "legendDisplay": "floating", "showPlotValuesInLegend": true, "isSynced": true,
         "xAxisVal": "timestamp", "sidebarDimension": 240

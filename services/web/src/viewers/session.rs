@@ -23,9 +23,10 @@ const HEAD: Duration = Duration::from_secs(5);
 const TICK: Duration = Duration::from_millis(50);
 /// Longest text of a viewer \[bytes\]: it subscribes some hundred channels at once.
 const MOST_TEXT: usize = 1 << 20;
-/// Pages that may watch beside those of this machine: Foxglove as it is served, and the two viewers
-/// as programs.
-const VIEWERS: [&str; 2] = ["https://app.foxglove.dev", "file://"];
+/// Pages that may watch beside those of this machine: the two viewers as they are served, and as
+/// programs.
+const VIEWERS: [&str; 3] =
+    ["https://app.foxglove.dev", "https://lichtblick-suite.github.io", "file://"];
 /// Name of the warning that messages were left out.
 const SLOW: &str = "slow";
 
