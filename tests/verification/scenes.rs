@@ -15,8 +15,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// The scenes that are drawn too: solids with debris, bodies of several shapes, joints, a sheet with
-/// a quantity in it, cloth, and what is soft. To draw all takes as long as to run many of them.
+/// The scenes that are drawn too: solids with debris, bodies of several shapes, joints, a sheet
+/// with a quantity in it, cloth, and what is soft. To draw all takes as long as to run many.
 const PICTURED: [&str; 6] = ["pot", "tea", "mortar", "towel", "garment", "jelly"];
 
 /// A run of a shipped scene.

@@ -26,8 +26,8 @@ const MANY_PAIRS: f64 = 2000.0;
 /// Where two grooves meet, or nearly so, a line is crossed that passes the gap within this many
 /// distances of pairs \[1\].
 const GAP: f64 = 0.5;
-/// Sites of pairs are shaken by this share of the distance of pairs \[1\]: pairs on a lattice along an
-/// axis would lie on common spheres, which leaves open whose cells meet there.
+/// Sites of pairs are shaken by this share of the distance of pairs \[1\]: pairs on a lattice along
+/// an axis would lie on common spheres, which leaves open whose cells meet there.
 const SHAKE: f64 = 1e-6;
 /// Key of the draws of these shakes.
 const STREAM: u64 = 8;

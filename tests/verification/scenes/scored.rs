@@ -27,8 +27,8 @@ pub(super) fn cracks(recording: &Recording, pieces: &[&Body]) -> TriMesh {
     cracks
 }
 
-/// Distances from places below a line to the nearest crack \[m\], sorted, and the spacing of the solve
-/// \[m\], zero where there was none.
+/// Distances from places below a line to the nearest crack \[m\], sorted, and the spacing of the
+/// solve \[m\], zero where there was none.
 fn distances(scene: &str, sets: &[&str], [from, to]: [Vec3; 2], deep: f64) -> (Vec<f64>, f64) {
     let folder = unique(scene);
     let sets = sets.iter().flat_map(|set| ["--set", set]);

@@ -8,8 +8,8 @@ use cullet_geometry::Vec3;
 use cullet_geometry::inside::Nearest;
 use cullet_record::{FragmentOrigin, Recording};
 
-/// Places round the neck of a vase in the middle of its wall, in the body's frame \[m\]: its line is
-/// 37 mm below the rim.
+/// Places round the neck of a vase in the middle of its wall, in the body's frame \[m\]: its line
+/// is 37 mm below the rim.
 fn neck(recording: &Recording, id: u64) -> impl Iterator<Item = Vec3> {
     let body = recording.bodies.iter().find(|body| body.id == id).expect("a vase");
     let corners = recording.geometries[&body.geometry].vertices.chunks(3);

@@ -258,8 +258,8 @@ pub enum Paint {
         edge: f64,
     },
     /// A line scored on the surface: a groove below it that is weaker and less tough, for cracks to
-    /// follow. Cracks that are solved lie mostly within a cell of it, cells of `geometric` end at it;
-    /// pieces of what is crushed, and those that the scene asks for, do not know of it.
+    /// follow. Cracks that are solved lie mostly within a cell of it, cells of `geometric` end at
+    /// it; pieces of what is crushed, and those that the scene asks for, do not know of it.
     Line {
         /// Points of the line, on the surface \[m\]: 2 at least, each at most 2 % of the body's
         /// diagonal off it. Between them the line follows the surface in pieces of 5 % of the
