@@ -11,6 +11,7 @@ use cullet::Recording;
 use cullet_picture::{Framing, SheetView};
 use cullet_proto::recording::EventKind;
 use cullet_run::OVERRIDES;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// `cullet run SWEEP --only N --out DIR`: the run of row N, into DIR/N. It is done also where an
@@ -46,9 +47,9 @@ pub(super) fn gather(args: &RunArgs) -> Result<Exit, CommandError> {
     args.sheet.fits(Some(count))?;
     let out = args.out.as_deref().unwrap_or(Path::new(""));
     let folder = |index: usize| out.join((index + 1).to_string());
-    let values = named.sweep.rows.iter().enumerate();
+    let sets = named.sets(&args.scene.set);
     let found: Vec<RowRun> =
-        values.map(|(k, row)| RowRun::of(&folder(k), &named.sweep.overrides(row))).collect();
+        sets.iter().enumerate().map(|(k, sets)| RowRun::of(&folder(k), sets)).collect();
     let others = found.iter().filter(|run| matches!(run, RowRun::Other)).count();
     let row = |(k, run): (usize, RowRun)| match run {
         RowRun::There(exit) => SweepRow { run: None, folder: Some(folder(k)), exit },
@@ -98,7 +99,7 @@ enum RowRun {
 }
 
 impl RowRun {
-    /// Overrides are those of the row. A run says by the expectations of its scene how it ended;
+    /// Overrides are those of the row, and of the command. A run says by the expectations of its scene how it ended;
     /// one that ended early says nothing.
     fn of(folder: &Path, overrides: &[String]) -> Self {
         let file = folder.join("run.mcap");
@@ -129,16 +130,27 @@ impl RowRun {
     }
 }
 
-/// Whether a run that was made with the overrides `had`, a line each, is of a row with these: they
-/// come first, and what the command adds sets none of them again.
+/// Whether a run that was made with the overrides `had`, one after another, has the values of these:
+/// of those that set the same key the last is in force.
 fn is_of(had: &str, overrides: &[String]) -> bool {
-    let Some(more) = had.strip_prefix(&overrides.join("\n")) else { return false };
-    if overrides.is_empty() || more.is_empty() {
-        return true;
+    let pair = |set: &str| {
+        let (key, value) = set.split_once('=').unwrap_or((set, ""));
+        (key.trim().to_owned(), value.trim().to_owned())
+    };
+    // A line that does not begin as a key goes on with the value of the last.
+    let begins = |line: &str| {
+        line.starts_with(|c: char| c.is_alphabetic() || c == '_') && line.contains('=')
+    };
+    let mut sets: Vec<String> = Vec::new();
+    for line in had.lines() {
+        match sets.last_mut() {
+            Some(last) if !begins(line) => *last = format!("{last}\n{line}"),
+            _ => sets.push(line.to_owned()),
+        }
     }
-    let key = |set: &str| set.split_once('=').map(|(key, _)| key.trim().to_owned());
-    let keys: Vec<Option<String>> = overrides.iter().map(|set| key(set)).collect();
-    more.strip_prefix('\n').is_some_and(|more| !more.lines().any(|set| keys.contains(&key(set))))
+    let had: BTreeMap<String, String> = sets.iter().map(|set| pair(set)).collect();
+    let wanted: BTreeMap<String, String> = overrides.iter().map(|set| pair(set)).collect();
+    wanted.iter().all(|(key, value)| had.get(key) == Some(value))
 }
 
 #[cfg(test)]
@@ -151,6 +163,7 @@ mod tests {
         let had = |text: &str| is_of(text, &row);
         assert!(had("a.b=[\n1,\n2]\nworld.seed=6"));
         assert!(had("a.b=[\n1,\n2]\nworld.seed=6\nexpect.fractures.max=0"));
+        assert!(had("world.seed=9\na.b=[\n1,\n2]\nworld.seed=6"), "the last is in force");
         assert!(!had("a.b=[\n1,\n2]\nworld.seed=61"), "another value");
         assert!(!had("a.b=[\n1,\n2]\nworld.seed=6\nworld.seed=9"), "set again");
         assert!(!had("world.seed=6"), "one is missing");
