@@ -160,7 +160,7 @@ impl Line {
 
 /// Two sites that mirror each other at a groove of a line.
 #[derive(Debug)]
-struct Pair {
+struct SitePair {
     line: usize,
     ahead: Vec3,
     behind: Vec3,
@@ -170,7 +170,7 @@ struct Pair {
 #[derive(Debug)]
 pub(super) struct ScoredLines {
     lines: Vec<Line>,
-    pairs: Vec<Pair>,
+    pairs: Vec<SitePair>,
     /// Distance of pairs \[m\].
     step: f64,
     /// Distances that differ by less are one \[m\].
@@ -202,7 +202,7 @@ impl ScoredLines {
                 let at = |k| SHAKE * step * (unit(seed, STREAM, 6 * pairs.len() as u64 + k) - 0.5);
                 let ahead = ahead + Vec3::new(at(0), at(1), at(2));
                 let behind = behind + Vec3::new(at(3), at(4), at(5));
-                pairs.push(Pair { line, ahead, behind });
+                pairs.push(SitePair { line, ahead, behind });
             }
         }
         let slack = ALIKE * diagonal;

@@ -68,9 +68,10 @@ pub(super) fn gather(args: &RunArgs) -> Result<Exit, CommandError> {
         return Err(CommandError::new(Exit::Unknown, text).at(folder));
     }
     if missing > 0 && !args.voice.quiet {
-        let missing = missing - others;
-        let text = format!("{missing} of {count} runs are not there, {others} left out");
-        logs::say(format!("{text}: their rows are empty"));
+        let gone = rows.iter().zip(1..).filter(|(row, _)| row.folder.is_none());
+        let numbers: Vec<String> = gone.map(|(_, number)| number.to_string()).collect();
+        let numbers = numbers.join(", ");
+        logs::say(format!("the rows of {missing} of {count} runs are empty: {numbers}"));
     }
     let framing = framing(args, &named)?;
     let view = SheetView { times: args.sheet.at.clone(), framing };
@@ -99,8 +100,8 @@ enum RowRun {
 }
 
 impl RowRun {
-    /// Overrides are those of the row, and of the command. A run says by the expectations of its scene how it ended;
-    /// one that ended early says nothing.
+    /// Overrides are those of the row, and of the command. A run says by the expectations of its
+    /// scene how it ended; one that ended early says nothing.
     fn of(folder: &Path, overrides: &[String]) -> Self {
         let file = folder.join("run.mcap");
         if !file.is_file() || !folder.join("summary.json").is_file() {
@@ -110,14 +111,14 @@ impl RowRun {
         let had = recording.attachments.get(OVERRIDES).map(|text| String::from_utf8_lossy(text));
         let had = had.unwrap_or_default();
         if !is_of(&had, overrides) {
+            let (row, run) = (overrides.join(", "), had.replace('\n', ", "));
+            let number = folder.file_name().unwrap_or_default().display();
+            let folder = folder.display();
             logs::warn(format!(
-                "{} was made with other values than its row has, and is left out: the row has \
-                 \"{}\", the run \"{}\"; --only {} --replace makes it anew",
-                folder.display(),
-                shown(&overrides.join(", ")),
-                shown(&had.replace('\n', ", ")),
-                folder.file_name().unwrap_or_default().display()
+                "{folder} was made with other values than its row has, and is left out"
             ));
+            logs::warn(format!("the row: {}; the run: {}", shown(&row), shown(&run)));
+            logs::warn(format!("--only {number} --replace makes it anew"));
             return Self::Other;
         }
         let told = recording.events.iter().filter(|event| event.kind() == EventKind::Expectation);
@@ -130,8 +131,8 @@ impl RowRun {
     }
 }
 
-/// Whether a run that was made with the overrides `had`, one after another, has the values of these:
-/// of those that set the same key the last is in force.
+/// Whether a run that was made with the overrides `had`, one after another, has the values of
+/// these: of those that set the same key the last is in force.
 fn is_of(had: &str, overrides: &[String]) -> bool {
     let pair = |set: &str| {
         let (key, value) = set.split_once('=').unwrap_or((set, ""));

@@ -74,6 +74,9 @@ pub(super) fn unite(pieces: &[DirectedPiece], members: &[usize], volume: f64) ->
         return none();
     }
     let Ok((mesh, tags)) = whole.to_tagged() else { return none() };
+    if (mesh.signed_volume() - sum).abs() > REST * volume {
+        return none();
+    }
     let surface = tags.iter().enumerate().map(|(t, &tag)| match faces.get(tag as usize) {
         Some((corners, crack)) => crack.within(*corners, mesh.corners(t)),
         None => Surface::Outer,
@@ -95,7 +98,9 @@ fn one(a: &Exact, b: &Exact, volume: f64, rest: f64) -> Option<Exact> {
     }
     // What the kernel keeps of where faces come from doubles with each union: begin it anew.
     let (mesh, tags) = main.to_tagged().ok()?;
-    Exact::tagged(&mesh, &tags).ok()
+    let anew = Exact::tagged(&mesh, &tags).ok()?;
+    // Seen once: what was thin was lost on the way in.
+    Some(if (anew.volume() - volume).abs() <= rest { anew } else { main })
 }
 
 /// The groups of pieces that leave no more than `wanted`: the smallest join the neighbour with

@@ -14,10 +14,12 @@ use serde::Deserialize;
 pub struct WantedPieces {
     /// Fragments that the body breaks into, debris aside \[1\]: within a fifth of it. Too few are
     /// divided, more finely near the hits; of too many the smallest are joined to neighbours. At
-    /// least the number of `guides`, and at most `fracture.max_fragments`.
+    /// least the number of `guides`, and at most `fracture.max_fragments`. Pieces that cannot be
+    /// joined exactly stay apart, with a warning.
     #[schemars(range(min = 2, max = 4096), extend("x-default" = "as many as the solve finds"))]
     pub count: Option<u32>,
-    /// Points in the body that each get a fragment of their own \[m\]: at most 1024.
+    /// Points that each get a fragment of their own \[m\], in the body or outside it by at most 1 %
+    /// of its diagonal.
     #[schemars(schema_with = "unit::places3", extend("x-default" = "none"))]
     pub guides: Vec<[f64; 3]>,
     /// Parts of the body that each stay in one fragment: at most 64, each with at most one of the

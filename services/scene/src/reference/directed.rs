@@ -59,7 +59,7 @@ between = ["door", "world"]
 at = [-3.5, 0, 3]
 axis = [0, 0, 1]
 force = "5 kN"
-torque = "800 N m"
+torque = "1.2 kN m"
 "#;
 
 pub(super) const GLUE: &str = r#"[[stack]]
