@@ -148,6 +148,9 @@ fn attachments_and_metadata_let_the_run_be_done_again() {
         serde_json::from_slice(&recording.attachments["layout.json"]).expect("is JSON");
     let shown = &layout["configById"]["3D!scene"]["topics"]["/scene/cube"]["visible"];
     assert_eq!(shown, &serde_json::Value::Bool(true));
+    let axes = &layout["configById"]["3D!scene"]["transforms"]["frame:upright"]["visible"];
+    assert_eq!(axes, false);
+    assert_eq!(layout["configById"]["Plot!counts"]["lichtblickPanelTitle"], "Pieces");
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     assert!((camera["targetOffset"][2].as_f64().expect("a number") - 0.9).abs() < 1e-9);
     // The cube's corners are 0.1·√3 from its middle, and the box around that ball √3 further.
