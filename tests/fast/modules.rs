@@ -2,12 +2,13 @@
 //! only declares its children and names what is public.
 //!
 //! An edge leads from a module to each that it names by `crate::`, `super::`, `self::` or the name
-//! of a child, in a `use` or elsewhere. A public re-export is followed to where the item is. Tests
-//! are left out.
+//! of a child, in a `use` or elsewhere. A public re-export is followed to where the item is, and is
+//! itself no edge to a child. Tests, comments and literals are left out.
 
 use cullet_tests::{files, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::ops::Range;
 
 /// The modules that are in a circle today, a line each. It may only become shorter.
 const KNOWN: &str = include_str!("circles.txt");
@@ -15,25 +16,126 @@ const KNOWN: &str = include_str!("circles.txt");
 /// The path of a module below its crate, or of an item below its module.
 type Path = Vec<String>;
 
-/// The modules of a crate: their code, without comments and tests.
+/// What a stretch of Rust is.
+#[derive(Clone, Copy, PartialEq)]
+enum Stretch {
+    Code,
+    Comment,
+    Literal,
+}
+
+/// What a text of Rust begins with, and how many bytes of it.
+fn first_stretch(text: &str) -> (Stretch, usize) {
+    let past = |from: usize, end: &str| {
+        text[from..].find(end).map_or(text.len(), |at| from + at + end.len())
+    };
+    if text.starts_with("//") {
+        return (Stretch::Comment, text.find('\n').unwrap_or(text.len()));
+    }
+    if text.starts_with("/*") {
+        return (Stretch::Comment, past(2, "*/"));
+    }
+    let raw = text.strip_prefix('r').map_or("", |rest| rest.trim_start_matches('#'));
+    if raw.starts_with('"') {
+        let hashes = text.len() - raw.len() - 1;
+        return (Stretch::Literal, past(hashes + 2, &format!("\"{}", "#".repeat(hashes))));
+    }
+    let mut following = text.chars();
+    let quote = following.next().unwrap_or_default();
+    let (second, third) = (following.next(), following.next());
+    // A tick that no tick follows, one character on, begins a lifetime.
+    let letter = quote == '\'' && (second == Some('\\') || third == Some('\''));
+    if quote != '"' && !letter {
+        return (Stretch::Code, quote.len_utf8());
+    }
+    let mut escaped = false;
+    let end = text.char_indices().skip(1).find(|&(_, c)| {
+        let ends = c == quote && !escaped;
+        escaped = c == '\\' && !escaped;
+        ends
+    });
+    (Stretch::Literal, end.map_or(text.len(), |(at, _)| at + 1))
+}
+
+/// The text with stretches of these kinds blank, each other byte where it was.
+fn blank(text: &str, kinds: &[Stretch]) -> String {
+    let (mut code, mut rest) = (String::with_capacity(text.len()), text);
+    while !rest.is_empty() {
+        let (kind, length) = first_stretch(rest);
+        let (stretch, after) = rest.split_at(length);
+        if kinds.contains(&kind) {
+            code.extend(stretch.bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }));
+        } else {
+            code += stretch;
+        }
+        rest = after;
+    }
+    code
+}
+
+/// Where the item, the field or the statement ends that a text without literals begins with.
+fn item_end(shape: &str) -> usize {
+    let (mut depth, mut angle, mut before) = (0, 0, ' ');
+    for (at, c) in shape.char_indices() {
+        match c {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' if depth == 0 => return at,
+            ')' | ']' | '}' => depth -= 1,
+            '<' => angle += 1,
+            '>' if !"-=".contains(before) => angle -= 1,
+            _ => {}
+        }
+        let ends = c == '}' || c == ';' || c == ',' && angle == 0;
+        if depth == 0 && ends {
+            return at + 1;
+        }
+        before = c;
+    }
+    shape.len()
+}
+
+/// The code without what is there for tests only and without comments, line by line as it was.
+fn product(text: &str) -> String {
+    let code = blank(text, &[Stretch::Comment]);
+    let shape = blank(text, &[Stretch::Comment, Stretch::Literal]);
+    let (mut kept, mut at) = (String::new(), 0);
+    while let Some(start) = shape[at..].find("#[cfg(test)]").map(|found| at + found) {
+        let end = start + item_end(&shape[start..]);
+        kept += &code[at..start];
+        kept.extend(code[start..end].chars().filter(|&c| c == '\n'));
+        at = end;
+    }
+    kept + &code[at..]
+}
+
+/// What is looked at of a file: its code, without comments, literals and tests.
+fn bare(text: &str) -> String {
+    blank(&product(text), &[Stretch::Literal])
+}
+
+/// The modules of a crate and what is looked at of each.
 fn modules(folder: &str) -> BTreeMap<Path, String> {
     let base = root().join(folder).join("src");
-    let mut found = BTreeMap::new();
+    let mut found: BTreeMap<Path, String> = BTreeMap::new();
     for file in files(&base, &[".rs"]) {
         let place = file.strip_prefix(&base).expect("below it").with_extension("");
         let mut path: Path = place.iter().map(|part| part.to_string_lossy().into_owned()).collect();
         path.pop_if(|last| ["mod", "lib", "main"].contains(&last.as_str()));
-        if path.iter().any(|part| part == "tests") {
-            continue;
-        }
         let text = fs::read_to_string(&file).expect("a source file is readable");
-        let end = text.find("#[cfg(test)]\nmod tests {").unwrap_or(text.len());
-        let code = |line: &str| line.split("//").next().unwrap_or("").to_owned();
         // A library and its program are both the root.
-        let all: &mut String = found.entry(path).or_default();
-        text[..end].lines().map(code).for_each(|line| *all += &(line + "\n"));
+        *found.entry(path).or_default() += &bare(&text);
     }
-    found
+    without_tests(&found)
+}
+
+/// The modules that are declared for more than tests, as all modules above them are.
+fn without_tests(all: &BTreeMap<Path, String>) -> BTreeMap<Path, String> {
+    let declared = |path: &[String]| {
+        let Some((name, above)) = path.split_last() else { return true };
+        all.get(above).is_some_and(|code| code.contains(&format!("mod {name};")))
+    };
+    let shipped = |path: &Path| (0..=path.len()).all(|n| declared(&path[..n]));
+    all.iter().filter(|(path, _)| shipped(path)).map(|(a, b)| (a.clone(), b.clone())).collect()
 }
 
 /// The paths of a tree of imports such as `crate::a::{self, b::{C, D as E}}`.
@@ -64,30 +166,45 @@ fn paths(tree: &str) -> Vec<Path> {
     found
 }
 
-/// The imports of a module, and whether each is public.
-fn imports(code: &str) -> Vec<(bool, Path)> {
+/// Where the imports of a module are, from `use` to the semicolon.
+fn statements(code: &str) -> Vec<Range<usize>> {
     let mut found = Vec::new();
+    let mut start = 0;
     for statement in code.split(';') {
-        let start = statement.rfind("use ").filter(|&at| {
+        let end = start + statement.len();
+        let import = statement.rfind("use ").filter(|&at| {
             let before = statement[..at].chars().next_back();
             before.is_none_or(char::is_whitespace) && !statement[at..].contains(['=', '('])
         });
-        let Some(at) = start else { continue };
-        let line = statement[..at].rsplit('\n').next().unwrap_or("");
-        for path in paths(&statement[at + 4..]) {
+        found.extend(import.map(|at| start + at..end));
+        start = end + 1;
+    }
+    found
+}
+
+/// The imports of a module, and whether each is public.
+fn imports(code: &str) -> Vec<(bool, Path)> {
+    let mut found = Vec::new();
+    for statement in statements(code) {
+        let line = code[..statement.start].rsplit('\n').next().unwrap_or("");
+        for path in paths(&code[statement.start + 4..statement.end]) {
             found.push((line.trim_start().starts_with("pub"), path));
         }
     }
     found
 }
 
-/// Paths in code that begin with `crate` or `super`.
-fn mentions(code: &str) -> Vec<Path> {
+/// Paths outside imports that begin with `crate`, `super`, `self` or one of these children.
+fn mentions(code: &str, children: &[&str]) -> Vec<Path> {
+    let imported = statements(code);
     let mut found = Vec::new();
-    for head in ["crate::", "super::"] {
-        for (at, _) in code.match_indices(head) {
-            let before = code[..at].chars().next_back();
-            if before.is_some_and(|c| c.is_alphanumeric() || "_:$".contains(c)) {
+    for head in ["crate", "super", "self"].iter().chain(children) {
+        for (at, _) in code.match_indices(&format!("{head}::")) {
+            let before = &code[..at];
+            let inside = before.ends_with(|c: char| c.is_alphanumeric() || "_:$".contains(c));
+            // A method of the name of a child, `a.child::<T>()`; but `0..child::MAX` is a range.
+            let method = before.ends_with('.') && !before.ends_with("..");
+            if inside || method || imported.iter().any(|import| import.contains(&at)) {
                 continue;
             }
             let word = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
@@ -148,8 +265,14 @@ fn graph(all: &BTreeMap<Path, String>) -> BTreeMap<&Path, BTreeSet<&Path>> {
     };
     let mut edges: BTreeMap<&Path, BTreeSet<&Path>> = BTreeMap::new();
     for (here, code) in all {
-        let private = imports(code).into_iter().filter(|(public, _)| !public);
-        let named = private.map(|(_, path)| path).chain(mentions(code));
+        // What a public import names of a child is followed to where it is.
+        let upward = |path: &Path| ["crate", "super"].contains(&path[0].as_str());
+        let imported = imports(code).into_iter();
+        let imported = imported.filter(|(public, path)| !public || upward(path));
+        let below = all.keys().filter(|path| path.len() == here.len() + 1);
+        let children = below.filter(|path| path.starts_with(here)).filter_map(|path| path.last());
+        let children: Vec<&str> = children.map(String::as_str).collect();
+        let named = imported.map(|(_, path)| path).chain(mentions(code, &children));
         for path in named.filter_map(|path| absolute(here, &path, all)).map(follow) {
             let owner = (0..=path.len()).rev().find_map(|n| all.get_key_value(&path[..n]));
             if let Some((owner, _)) = owner.filter(|(owner, _)| *owner != here) {
@@ -177,6 +300,12 @@ fn reached<'a>(
     found
 }
 
+/// The modules that reach themselves.
+fn circles(all: &BTreeMap<Path, String>) -> Vec<&Path> {
+    let edges = graph(all);
+    all.keys().filter(|module| reached(&edges, module).contains(module)).collect()
+}
+
 #[test]
 fn circles_of_modules_become_fewer() {
     let mut found = BTreeSet::new();
@@ -190,8 +319,7 @@ fn circles_of_modules_become_fewer() {
             continue;
         }
         let all = modules(&folder);
-        let edges = graph(&all);
-        for module in all.keys().filter(|module| reached(&edges, module).contains(module)) {
+        for module in circles(&all) {
             found.insert(format!("{folder} {}", module.join("::")).trim_end().to_owned());
         }
     }
@@ -210,5 +338,74 @@ fn imports_are_taken_apart() {
     let found: Vec<_> = imports(code).iter().map(|(public, path)| (*public, flat(path))).collect();
     let wanted = [(true, "a"), (true, "a::b::C"), (true, "a::b::D"), (false, "super::g")];
     assert_eq!(found, wanted.map(|(public, path)| (public, path.to_owned())));
-    assert_eq!(mentions("crate::x::y(mycrate::z, super::w)").len(), 2);
+    assert_eq!(mentions("crate::x::y(mycrate::z, super::w)", &[]).len(), 2);
+}
+
+/// The modules in circles of a crate of these modules, each given by its path and its text.
+fn planted(modules: &[(&str, &str)]) -> Vec<String> {
+    let path = |path: &str| match path {
+        "" => Vec::new(),
+        _ => path.split("::").map(str::to_owned).collect(),
+    };
+    let all = modules.iter().map(|(name, text)| (path(name), bare(text))).collect();
+    circles(&without_tests(&all)).iter().map(|path| path.join("::")).collect()
+}
+
+/// The circles of a crate with a parent of this text and a child that uses a type of the parent.
+fn planted_parent(text: &str) -> Vec<String> {
+    let child = "use super::T;\npub fn f() -> T { T }";
+    let parent = format!("mod child;\npub struct T;\n{text}");
+    planted(&[("", "mod parent;"), ("parent", &parent), ("parent::child", child)])
+}
+
+#[test]
+fn a_parent_that_names_its_child_is_in_a_circle_with_it() {
+    for text in [
+        "fn g() { child::f(); }",
+        "fn g() { self::child::f(); }",
+        "struct S(child::U);",
+        "fn g(x: &[child::U]) {}",
+        "use child::f;",
+        "fn g() { use self::child::f; }",
+        "const ALL: Range<u32> = 0..child::MAX;",
+        "#[cfg(test)]\nuse a::{B, C};\nfn g() { child::f(); }",
+        "#[cfg(test)]\nmod tests { const A: [char; 2] = ['}', '\\'']; }\nfn g() { child::f(); }",
+        "#[cfg(test)]\nmod tests { const A: &str = \"}\"; }\nfn g() { child::f(); }",
+        "struct S<'a> {\n#[cfg(test)]\npub a: B<C, D>,\nb: &'a child::U }",
+        "const QUOTE: char = '\"'; fn g() { child::f(); } // \"",
+    ] {
+        assert_eq!(planted_parent(text), ["parent", "parent::child"], "{text}");
+    }
+}
+
+#[test]
+fn a_parent_that_only_declares_its_child_is_in_no_circle() {
+    for text in [
+        "",
+        "pub use child::f;",
+        "pub(crate) use self::child::{f, g as h};",
+        "fn g(x: X) { x.child::<T>(); }",
+        "fn g() { grandchild::f(); a::child::f(); }",
+        "fn g() { g(); } // child::f()",
+        "/* child::f() */",
+        "const A: &str = \"child::f()\";",
+        "const A: &str = r#\"\" child::f()\"#;",
+        "#[cfg(test)]\nfn g<A, B>() { child::f(); }",
+        "struct S {\n#[cfg(test)]\na: child::U,\nb: A }",
+        "#[cfg(test)]\nmod tests { fn g() { child::f(); } }",
+    ] {
+        assert_eq!(planted_parent(text), [""; 0], "{text}");
+    }
+}
+
+#[test]
+fn a_public_import_is_followed_and_a_module_of_tests_is_left_out() {
+    let parent = ("", "mod a;\nmod b;\npub use a::A;\npub use b::B;");
+    let (a, b) = (("a", "use super::B;\npub struct A(B);"), ("b", "pub struct B;"));
+    assert_eq!(planted(&[parent, a, b]), [""; 0]);
+    let round = ("b", "pub struct B(Box<crate::A>);");
+    assert_eq!(planted(&[parent, a, round]), ["a", "b"]);
+    let declared = "#[cfg(test)]\nmod a;\n#[cfg(test)]\nmod b;\npub use a::A;\npub use b::B;";
+    let parent = ("", declared);
+    assert_eq!(planted(&[parent, a, round]), [""; 0]);
 }
