@@ -19,14 +19,7 @@ use cullet_model::{
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-pub use directed::{MAX_GUIDES, MAX_PIECES, MAX_WHOLE};
-
-/// Most hits in one job: they travel in the header.
-pub const MAX_IMPACTS: usize = 256;
-/// Most supports in one job: they travel in the header too.
-pub const MAX_SUPPORTS: usize = 256;
-/// Longest solver name \[bytes\].
-pub const MAX_SOLVER: usize = 64;
+pub use crate::bounds::{MAX_GUIDES, MAX_IMPACTS, MAX_PIECES, MAX_SOLVER, MAX_SUPPORTS, MAX_WHOLE};
 
 /// A problem, who is to solve it, and who if that one refuses.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,6 +6,7 @@
 //!
 //! Absent on purpose: mechanics, sockets, files, clocks.
 
+mod bounds;
 pub mod chunks;
 pub mod claim;
 pub mod codec;

@@ -4,6 +4,7 @@
 mod check;
 mod result;
 
+pub use crate::bounds::{MAX_FAMILY, MAX_FRAMES, MAX_PROBES, MAX_SAMPLES};
 pub use cullet_specimen::{
     Amplitude, Ending, Frame, Hold, InitialState, Load, LoadKind, Matter, Notch, Output,
     PointField, PointLayout, PointSettings, Probe, Reduce, SpecimenBody, SpecimenOutcome,
@@ -17,15 +18,6 @@ use crate::envelope::{self, MessageKind};
 use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use cullet_geometry::Solid;
-
-/// Most samples of a probe.
-pub const MAX_SAMPLES: u64 = 1 << 20;
-/// Most probes.
-pub const MAX_PROBES: u64 = 1024;
-/// Most frames.
-pub const MAX_FRAMES: u64 = 10_000;
-/// Longest name of a family \[bytes\].
-pub const MAX_FAMILY: u64 = 64;
 
 /// A problem, and vertices and triangles of its mesh.
 type SpecimenHeader = (SpecimenProblem, u32, u32);

@@ -1,5 +1,6 @@
 //! What a worker says of a job.
 
+use crate::bounds::MAX_SUPPORTS;
 use crate::codec::{self, WireError};
 use crate::envelope::{self, MessageKind};
 use crate::mesh::{self, Slabs};
@@ -13,18 +14,10 @@ use cullet_model::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Most fragments of one body: an order above what a scene may ask for.
-pub const MAX_FRAGMENTS: usize = 16_384;
-/// Most convex parts of one fragment.
-pub const MAX_HULLS: usize = 4_096;
-/// Most grains of debris of one body.
-pub const MAX_GRAINS: usize = 65_536;
-/// Most warnings in a report; further ones are counted in the last.
-pub const MAX_WARNINGS: usize = 32;
-/// Most figures of a family's own in a report; further ones are left out.
-pub const MAX_DETAILS: usize = 64;
-/// Longest text \[bytes\]; the rest is cut off.
-pub const MAX_TEXT: usize = 1_024;
+pub use crate::bounds::{
+    MAX_DETAILS, MAX_FRAGMENTS, MAX_GRAINS, MAX_HULLS, MAX_TEXT, MAX_WARNINGS, cut,
+};
+
 /// Longest name or unit of a figure \[bytes\].
 const MAX_NAME: usize = 64;
 /// Bytes of a grain: position, velocity, volume, size.
@@ -215,7 +208,7 @@ impl Verdict {
 }
 
 fn check_reactions(reactions: &[f64]) -> Result<(), WireError> {
-    let most = crate::job::MAX_SUPPORTS as u64;
+    let most = MAX_SUPPORTS as u64;
     codec::limit("a body's reactions", reactions.len() as u64, most)?;
     codec::finite("a body's reactions", reactions)
 }
@@ -422,12 +415,6 @@ fn cut_report(report: &Report) -> Report {
     let detail = |one: &Figure| Figure { name: short(&one.name), unit: short(&one.unit), ..*one };
     let details = report.details.iter().take(MAX_DETAILS).map(detail).collect();
     Report { solver: cut(&report.solver), refusal, warnings, details, ..report.clone() }
-}
-
-/// The text, up to [`MAX_TEXT`] bytes of it.
-#[must_use]
-pub fn cut(text: &str) -> String {
-    text[..text.floor_char_boundary(MAX_TEXT)].to_owned()
 }
 
 #[cfg(test)]

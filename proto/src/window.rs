@@ -7,12 +7,13 @@
 mod outcome;
 mod poses;
 
+pub use crate::bounds::{MAX_PARTS_OF_PROXY, MAX_PROXIES, MAX_WINDOW_STEPS};
 pub use outcome::{decode_outcome, encode_outcome, state_of};
 
+use crate::bounds::MAX_SOLVER;
 use crate::codec::{self, MAX_RECORD, WireError};
 use crate::envelope::{self, MessageKind};
 use crate::ids::{JobId, digest};
-use crate::job::MAX_SOLVER;
 use crate::mesh::{self, Slabs};
 use cullet_geometry::{Solid, Vec3};
 use cullet_model::{ContinuumBody, ContinuumSetup, ProxyMotion, Window};
@@ -20,12 +21,6 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Most rigid bodies in one window.
-pub const MAX_PROXIES: usize = 1_024;
-/// Most convex parts of a body in reach.
-pub const MAX_PARTS_OF_PROXY: usize = 4_096;
-/// Most steps of the rigid world in one window.
-pub const MAX_WINDOW_STEPS: u64 = 1_024;
 /// In place of the number of an object that is none of the scene's.
 const NO_OBJECT: u32 = u32::MAX;
 /// Largest state \[bytes\].

@@ -1,20 +1,11 @@
 //! How a body is to come apart: it travels around the job that breaks it, whose bytes it leaves as
 //! they are.
 
+use crate::bounds::{MAX_GUIDES, MAX_PIECES, MAX_WHOLE};
 use crate::codec::{self, WireError};
 use crate::envelope::{self, MessageKind};
-use crate::verdict::MAX_FRAGMENTS;
 use cullet_model::{ArtDirection, BodyRegion};
 use std::ops::Range;
-
-/// Most pieces that a scene can ask for.
-pub const MAX_PIECES: u32 = 4_096;
-/// Most guide points of a body: they travel in the header.
-pub const MAX_GUIDES: usize = 1_024;
-/// Most regions of a body that stay whole: they travel in the header, too.
-pub const MAX_WHOLE: usize = 64;
-
-const _: () = assert!(MAX_PIECES as usize <= MAX_FRAGMENTS);
 
 fn check(direction: &ArtDirection) -> Result<(), WireError> {
     let ArtDirection { pieces, guides, whole } = direction;

@@ -1,14 +1,15 @@
 //! What a specimen from the wire is held to: numbers that are numbers, indices that name something,
 //! counts within their limits. Whether it can be solved the family says.
 
-use super::{
-    Amplitude, Hold, Load, LoadKind, MAX_FAMILY, MAX_FRAMES, MAX_PROBES, MAX_SAMPLES, Matter,
-    Output, Probe, SpecimenProblem, Spot, TensorPart, Where,
-};
+use crate::bounds::{MAX_FAMILY, MAX_FRAMES, MAX_PROBES, MAX_SAMPLES};
 use crate::codec::{self, WireError};
 use cullet_geometry::{Mat3, Vec3};
 use cullet_model::strength::Region;
 use cullet_model::{Material, StrengthField};
+use cullet_specimen::{
+    Amplitude, Hold, Load, LoadKind, Matter, Output, Probe, SpecimenProblem, Spot, TensorPart,
+    Where,
+};
 
 fn bad(what: impl std::fmt::Display) -> WireError {
     WireError::Header(what.to_string())

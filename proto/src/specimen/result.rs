@@ -1,9 +1,10 @@
 //! What came out of a specimen: a header, then the samples as slabs of little-endian numbers.
 
-use super::{Ending, Frame, MAX_PROBES, MAX_SAMPLES, SpecimenOutcome};
+use crate::bounds::{MAX_PROBES, MAX_SAMPLES};
 use crate::codec::{self, WireError};
 use crate::envelope::{self, MessageKind};
 use crate::mesh::Slabs;
+use cullet_specimen::{Ending, Frame, SpecimenOutcome};
 use serde::{Deserialize, Serialize};
 
 /// Most numbers of all frames together.

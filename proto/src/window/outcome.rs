@@ -1,12 +1,12 @@
 //! What came of a window: a header, then its slabs.
 
 use super::poses;
+use crate::bounds::{MAX_DETAILS, MAX_PROXIES, MAX_WARNINGS, MAX_WINDOW_STEPS, cut};
 use crate::codec::{self, WireError};
 use crate::envelope::{self, MessageKind};
 use crate::mesh::{self, Slabs};
-use crate::verdict::{MAX_DETAILS, MAX_WARNINGS, cut};
-use crate::window::{MAX_PROXIES, MAX_STATE, MAX_WINDOW_STEPS};
 use cullet_geometry::Vec3;
+use cullet_model::sheet_check::MAX_STATE;
 use cullet_model::{
     Figure, Handed, MovingSurface, SettledPiece, SurfaceFrame, SweptExtent, TornPiece,
     WindowLedger, WindowOutcome,
