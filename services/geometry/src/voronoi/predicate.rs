@@ -1,6 +1,6 @@
 //! Exact answers to: is the corner that four generators share nearer to a fifth?
 
-use super::Cells;
+use super::cells::Cells;
 use crate::math::Vec3;
 use robust::{Coord, Coord3D, insphere, orient2d, orient3d};
 
