@@ -93,7 +93,7 @@ fn places<R: Real, const N: usize>(
     interlayer: &Interlayer,
 ) -> Vec<StruckPlace> {
     let strikers = solve.strikers.iter().zip(&solve.local.impacts);
-    let place = |(striker, hit): (&super::ShellStriker, &cullet_model::Impact)| {
+    let place = |(striker, hit): (&super::contact::ShellStriker, &cullet_model::Impact)| {
         let patch = striker.patch();
         let radius = patch.radius + BEYOND * solve.wall.typical;
         let speed = striker.left().max(0.0);

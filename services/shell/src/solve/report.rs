@@ -1,9 +1,9 @@
 //! What a solve of a shell reports, and what it notices and lets pass.
 
 use super::contact::ShellStriker;
-use super::{ShellSolve, ShellSolver};
+use super::run::{NAME, ShellSolve};
+use cullet_model::Report;
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
-use cullet_model::{Report, Solver};
 use cullet_simd::Real;
 
 /// Speed that a striker keeps, over that at first, above which it has gone through (F98).
@@ -12,33 +12,10 @@ const THROUGH: f64 = 0.5;
 /// How far the energy may be from what was given before it is worth a word \[1\].
 const LEDGER: f64 = 0.02;
 
-/// Mass added to small cells, over that of the body, above which it is worth a word \[1\].
-const HEAVIER: f64 = 0.01;
-
 impl<R: Real, const N: usize> ShellSolve<R, N> {
     /// Impulse that the strikers have given \[N·s\].
     fn delivered(&self) -> f64 {
         self.strikers.iter().map(ShellStriker::delivered).sum()
-    }
-
-    pub(super) fn first_warnings(&self, heavier: f64) -> Vec<String> {
-        let mut warnings = Vec::new();
-        let tip = self.domain.tip_strength(self.wall.spacing);
-        let strength = self.local.material.failure_stress;
-        if tip < strength && self.nature.hardening.is_none() {
-            warnings.push(format!(
-                "toughness-controlled: cracks grow at {:.3} of the material's strength at this \
-                 spacing (F01)",
-                tip / strength
-            ));
-        }
-        if heavier > HEAVIER {
-            warnings.push(format!(
-                "small cells: {heavier:.3} of the mass was added to them so that they need no \
-                 smaller step"
-            ));
-        }
-        warnings
     }
 
     pub(super) fn report(&self, damage: &[f64]) -> Report {
@@ -46,7 +23,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let damaged = damage.iter().filter(|&&c| c > 0.5).count();
         let crushed = self.strikers.iter().map(ShellStriker::crushed).sum();
         let mut report = Report {
-            solver: ShellSolver::NAME.to_owned(),
+            solver: NAME.to_owned(),
             spacing: self.wall.spacing,
             particles: self.domain.live().count() as u64,
             steps: self.record.steps,

@@ -90,7 +90,7 @@ pub(super) fn finish<R: Real, const N: usize>(
     let motions = motions(&found, &cells, &partition.parts);
     let pushes = solve.strikers.iter().zip(&solve.local.impacts);
     let pushes = pushes.map(|(striker, hit)| (hit.point, hit.normal * striker.delivered()));
-    let supports = solve.supports.iter().map(super::ShellSupport::given);
+    let supports = solve.supports.iter().map(super::contact::ShellSupport::given);
     let mut problem = solve.local.clone();
     let piece = cells.width * cells.width * solve.wall.typical;
     problem.settings.grain = problem.settings.grain.or(Some(libm::cbrt(6.0 * piece / PI) * GRAIN));

@@ -2,17 +2,10 @@
 
 use super::preconditions::ThinBody;
 use super::{ShellSolve, laminated, toughened};
-use crate::treatment;
 use cullet_model::{Failure, Fragmentation, Refusal, Treatment};
 use cullet_simd::Real;
 
 impl<R: Real, const N: usize> ShellSolve<R, N> {
-    /// Whether the plate dices: it is cut through somewhere, and holds what pays for it.
-    pub(super) fn is_dicing(&self) -> bool {
-        let (material, t) = (&self.local.material, self.wall.typical);
-        self.record.broken > 0 && treatment::dices(material, self.nature.treatment.as_ref(), t)
-    }
-
     /// What comes of it, by what was done to the glass.
     pub(super) fn finish_treated(&mut self) -> Result<Fragmentation, Failure> {
         match self.nature.treatment {
