@@ -4,8 +4,9 @@
 //! frames: length, kind, bytes. It ends with its input, so it never outlives its supervisor. What
 //! it does, panic, abort, run out of memory, hang, ends an attempt and nothing else.
 
+use crate::error::EXIT_WEDGED;
 use crate::solve::{JobControl, SolveFn, guarded};
-use crate::{EXIT_WEDGED, start_threads};
+use crate::threads::start_threads;
 use cullet_proto::specimen::SpecimenJob;
 use cullet_proto::{FractureJob, Verdict, WindowJob, chunks};
 use std::io::{BufRead, BufReader, Read, Write};

@@ -10,7 +10,8 @@ use crate::link::CoordinatorLink;
 use crate::meshes::Meshes;
 use crate::solve::{JobControl, SolveFn};
 use crate::talk::{Talker, TalkerResult, TalkerTask};
-use crate::{EXIT_WEDGED, WorkerConfig, WorkerError, start_threads};
+use crate::threads::start_threads;
+use crate::{EXIT_WEDGED, WorkerConfig, WorkerError};
 use cullet_dispatch::{
     Digest, Epoch, Job, Millis, Question, Trouble, WorkerInput, WorkerMachine, WorkerOutput,
 };
