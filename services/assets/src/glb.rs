@@ -1,6 +1,7 @@
 //! Binary glTF: all triangles of the default scene, each node's place applied.
 
-use super::{Extra, MAX_TRIANGLES, MeshFileError, Raw, finite, hush, unit};
+use super::raw::{Extra, Raw, finite, unit};
+use super::{MAX_TRIANGLES, MeshFileError, hush};
 use cullet_geometry::attributes::{SurfaceMaterial, SurfaceTexture, TextureMapping, TextureWrap};
 use cullet_geometry::{Mat3, Vec3};
 use gltf::mesh::Mode;

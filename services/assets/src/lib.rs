@@ -6,129 +6,30 @@
 //! OBJ and GLB files also have texture coordinates, normals, materials and named objects:
 //! [`read_surface`] reads them too.
 
+mod error;
 mod glb;
 mod hush;
 mod motion;
 mod nurbs;
 mod obj;
 mod ply;
+mod raw;
 mod stl;
 
 #[cfg(test)]
 mod tests;
 
+pub use error::MeshFileError;
 pub use motion::{MAX_MOTION_KEYS, MotionFileError, NodeMotion, node_motion};
+pub use raw::{Beside, MAX_COORDINATE, MAX_TRIANGLES};
 
-use cullet_geometry::attributes::{SurfaceAttributes, SurfaceMaterial};
+use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{TriMesh, Vec3};
+use raw::{Extra, Raw};
 use std::collections::BTreeMap;
-use std::sync::Arc;
-
-/// Most triangles of one mesh: a solve needs some ten thousand; ten million would take minutes to
-/// check.
-pub const MAX_TRIANGLES: usize = 4_000_000;
-
-/// Largest coordinate accepted \[file units\]: beyond it, differences of f32 files are coarser than
-/// 1.
-pub const MAX_COORDINATE: f64 = 1e7;
 
 /// The formats, by the end of the file's name.
 pub const FORMATS: [&str; 5] = ["obj", "stl", "ply", "glb", "json"];
-
-/// Why bytes are not a mesh.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MeshFileError {
-    /// The name's end is no format that is read here.
-    #[error(
-        "\"{name}\" is no mesh that is read here: those end in .obj, .stl, .ply, .glb, \
-         .json"
-    )]
-    UnknownFormat {
-        /// The file's name.
-        name: String,
-    },
-    /// The text or the bytes break the format.
-    #[error("{}{reason}", .line.map(|line| format!("line {line}: ")).unwrap_or_default())]
-    Malformed {
-        /// Line of a text format, from 1.
-        line: Option<usize>,
-        /// What the reader said.
-        reason: String,
-    },
-    /// The data ends before what its header promises.
-    #[error("the file ends early: {have} of {need} bytes")]
-    Truncated {
-        /// Bytes there.
-        have: u64,
-        /// Bytes promised.
-        need: u64,
-    },
-    /// A face names a corner that is not there.
-    #[error("face {face} names corner {index}, but there are {count}")]
-    IndexOutOfRange {
-        /// Which face, from 0.
-        face: usize,
-        /// Which corner.
-        index: i64,
-        /// How many there are.
-        count: usize,
-    },
-    /// A coordinate is not finite or too large.
-    #[error("corner {vertex} has the coordinate {value}; it must be finite and within ±{limit:e}")]
-    BadCoordinate {
-        /// Which corner, from 0.
-        vertex: usize,
-        /// The coordinate.
-        value: f64,
-        /// The bound.
-        limit: f64,
-    },
-    /// There is not one triangle.
-    #[error("the file has no triangles")]
-    Empty,
-    /// More triangles than accepted.
-    #[error("the file has {count} triangles; at most {limit} are read")]
-    TooLarge {
-        /// How many there are.
-        count: usize,
-        /// The bound.
-        limit: usize,
-    },
-    /// Something of the format that is not read here.
-    #[error("{what} is not read here")]
-    Unsupported {
-        /// What the value is.
-        what: String,
-    },
-}
-
-/// What a file says, before it is tidied: corners, and three indices a triangle.
-#[derive(Default)]
-pub(crate) struct Raw {
-    vertices: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-    /// Red, green and blue of each corner in [0, 1]; empty where the file has none.
-    colours: Vec<[f64; 3]>,
-    /// Of each triangle; empty in formats that have no more than a shape.
-    extras: Vec<Extra>,
-    materials: Vec<SurfaceMaterial>,
-    object_names: Vec<String>,
-}
-
-/// What a file says of a triangle beside its corners.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Extra {
-    /// v upward.
-    uv: Option<[[f32; 2]; 3]>,
-    normals: Option<[[f32; 3]; 3]>,
-    /// Place in `materials`.
-    slot: u32,
-    /// Place in `object_names`.
-    object: u32,
-}
-
-/// Gives the bytes of a file that a mesh file names, if it may be had.
-pub type Beside<'a> = dyn FnMut(&str) -> Option<Arc<Vec<u8>>> + 'a;
 
 /// The corners that a file lists, in its order, used or not.
 pub struct Corners {
@@ -282,23 +183,4 @@ fn tidy(raw: Raw) -> Result<SurfaceAttributes, MeshFileError> {
         surface.object_names = raw.object_names;
     }
     Ok(surface)
-}
-
-/// A number of a file, or zero for what is none: attributes decide nothing.
-fn finite(value: f32) -> f32 {
-    if value.is_finite() { value } else { 0.0 }
-}
-
-/// A unit normal; nothing for a vector that has no direction.
-fn unit(normal: [f64; 3]) -> Option<[f32; 3]> {
-    let length = Vec3::from(normal).norm();
-    let sound = length.is_finite() && length > 1e-12;
-    sound.then(|| normal.map(|x| (x / length) as f32))
-}
-
-/// The triangles of a polygon, as a fan from its first corner.
-pub(crate) fn fan(polygon: &[u32], triangles: &mut Vec<[u32; 3]>) {
-    for pair in polygon.windows(2).skip(1) {
-        triangles.push([polygon[0], pair[0], pair[1]]);
-    }
 }

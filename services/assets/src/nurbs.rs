@@ -2,7 +2,8 @@
 //! `rw3dm` makes of Rhino's files: `shape.data`, a list of patches. Control points run along v
 //! first, and have their weights beside them.
 
-use super::{MAX_COORDINATE, MeshFileError, Raw};
+use super::raw::Raw;
+use super::{MAX_COORDINATE, MeshFileError};
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::{NurbsError, NurbsPatch, SplineAxis, tessellate};
 use serde::Deserialize;

@@ -1,6 +1,7 @@
 //! Wavefront OBJ, and of its material libraries what a surface needs.
 
-use super::{Beside, Extra, MeshFileError, Raw, finite, hush, unit};
+use super::raw::{Extra, Raw, finite, unit};
+use super::{Beside, MeshFileError, hush};
 use cullet_geometry::Vec3;
 use cullet_geometry::attributes::{SurfaceMaterial, SurfaceTexture};
 use std::collections::BTreeMap;

@@ -1,6 +1,7 @@
 //! PLY, text and binary.
 
-use super::{MAX_TRIANGLES, MeshFileError, Raw, fan};
+use super::raw::{Raw, fan};
+use super::{MAX_TRIANGLES, MeshFileError};
 use cullet_geometry::Vec3;
 use ply_rs_bw::parser::{ParseError, Parser};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};

@@ -1,6 +1,7 @@
 //! STL, text and binary.
 
-use super::{MAX_TRIANGLES, MeshFileError, Raw};
+use super::raw::Raw;
+use super::{MAX_TRIANGLES, MeshFileError};
 use cullet_geometry::Vec3;
 use std::io::Cursor;
 
