@@ -7,20 +7,19 @@ mod parts;
 mod report;
 pub(crate) mod setup;
 mod shape;
+mod state;
 #[cfg(test)]
 mod tests;
 
-use crate::domain::StrainLimit;
-use body::PressedDomain;
-use cullet_fragment::kinetic_damping::KineticDamping;
+pub use state::Peridynamics;
+
 use cullet_fragment::press::RigidPress;
-use cullet_fragment::surface_particles::SurfaceParticles;
 use cullet_geometry::Vec3;
 use cullet_model::{
-    BondedSolid, BrittleProblem, Cost, Failure, PointPrecision, Problem, Progress, Refusal,
-    SolveOutcome, Solver,
+    BrittleProblem, Cost, Failure, PointPrecision, Problem, Progress, Refusal, SolveOutcome, Solver,
 };
 use cullet_simd::SimdLevel;
+use state::NO_CHANGE;
 
 /// Point-steps of a slice: some tens of milliseconds.
 const SLICE: u64 = 100_000;
@@ -28,9 +27,6 @@ const SLICE: u64 = 100_000;
 /// Steps between checks of the energy and of strains, and of whether the push is over.
 const CHECK: u64 = 48;
 const LOOK: u64 = 16;
-
-/// Excess of energy over what was given, above which a solve has failed \[1\].
-const UNSTABLE: f64 = 0.1;
 
 /// How often an unstable solve is begun again with half the step.
 const HALVINGS: u32 = 2;
@@ -42,54 +38,6 @@ const APART_TRANSITS: f64 = 1.0;
 const QUIET_TRANSITS: f64 = 4.0;
 const CRACK_TRANSITS: f64 = 2.0;
 const REST_TRANSITS: f64 = 20.0;
-
-/// Share of the energy of the hits below which flow and breaking count as none \[1\].
-const NO_CHANGE: f64 = 1e-3;
-
-/// The peridynamic family.
-#[derive(Debug)]
-pub struct Peridynamics {
-    problem: BrittleProblem,
-    bonds: BondedSolid,
-    body: PressedDomain,
-    points: SurfaceParticles,
-    strikers: Vec<RigidPress>,
-    supports: Vec<RigidPress>,
-    /// L/c_s \[s\].
-    transit: f64,
-    setup: BondSetup,
-    settling: KineticDamping,
-    record: BondRecord,
-}
-
-/// How a solve is done.
-#[derive(Clone, Copy, Debug)]
-struct BondSetup {
-    /// Distance of points \[m\].
-    spacing: f64,
-    /// How often it was begun again with half the step.
-    halvings: u32,
-    simd_level: SimdLevel,
-}
-
-/// What a solve has seen so far.
-#[derive(Clone, Debug, Default)]
-struct BondRecord {
-    /// Energy that flow took \[J\], ...
-    plastic: f64,
-    /// ... that breaking took ...
-    broken: f64,
-    /// ... and that friction, dashpots and the air took.
-    damped: f64,
-    /// Energy that `broken` lacks, of bonds that jumped \[J\], and their number.
-    unbooked: (f64, usize),
-    /// When so much more had flowed and broken as counts, and what both took then \[s\], \[J\].
-    changed: (f64, f64),
-    push_over: Option<f64>,
-    /// Energy found less energy given, over that of the hits, where it was most \[1\].
-    energy_off: f64,
-    warnings: Vec<String>,
-}
 
 impl Solver for Peridynamics {
     const NAME: &'static str = "peridynamics";
@@ -127,12 +75,6 @@ impl Solver for Peridynamics {
 }
 
 impl Peridynamics {
-    /// The body as it is now.
-    #[must_use]
-    pub fn domain(&self) -> &crate::PeridynamicDomain {
-        &self.body.domain
-    }
-
     /// The solve from its beginning with half the step, where numbers went wrong.
     fn again(&self, failure: &Failure) -> Option<Self> {
         let numbers = matches!(failure, Failure::NotFinite { .. } | Failure::Unstable { .. });
@@ -148,18 +90,9 @@ impl Peridynamics {
         Some(fresh)
     }
 
-    /// Of the hits \[J\].
-    fn energy(&self) -> f64 {
-        self.problem.impacts.iter().map(|hit| hit.energy).sum()
-    }
-
     /// Whether the budget of steps is spent.
     fn is_spent(&self) -> bool {
         self.body.clock.steps >= u64::from(self.problem.settings.max_steps)
-    }
-
-    fn presses(&self) -> impl Iterator<Item = &RigidPress> {
-        self.strikers.iter().chain(&self.supports)
     }
 
     fn step(&mut self) -> Result<(), Failure> {
@@ -183,34 +116,6 @@ impl Peridynamics {
         }
         if self.body.clock.steps.is_multiple_of(CHECK) {
             self.check()?;
-        }
-        Ok(())
-    }
-
-    /// Of the energy, and that the body is one that bonds hold for.
-    fn check(&mut self) -> Result<(), Failure> {
-        let step = self.body.clock.steps;
-        match self.body.domain.check() {
-            Ok(()) => {}
-            Err(StrainLimit::NoNumber { .. }) => {
-                return Err(Failure::NotFinite { what: "a point's place or velocity", step });
-            }
-            Err(limit) => return Err(Failure::Beyond { what: limit.to_string(), step }),
-        }
-        let record = &self.record;
-        let taken = record.plastic + record.broken + record.damped + self.settling.taken;
-        let found = self.body.energy() + taken;
-        if !found.is_finite() {
-            return Err(Failure::NotFinite { what: "the body's energy", step });
-        }
-        let given: f64 = self.presses().map(|it| it.lost - it.stored - it.crushed).sum();
-        let lost: f64 = self.strikers.iter().map(|it| it.lost).sum();
-        let off = (found - given) / self.energy().max(lost);
-        if off.abs() > self.record.energy_off.abs() {
-            self.record.energy_off = off;
-        }
-        if off > UNSTABLE {
-            return Err(Failure::Unstable { ratio: off, step });
         }
         Ok(())
     }

@@ -1,13 +1,13 @@
 //! From a specimen to a body on its grid.
 
-use super::DUCTILE;
+use crate::Ductile;
 use crate::damage::{BodyWeakPlane, Softening};
 use crate::mpm::domain::{BodySurface, VelocityFields, stable_step};
 use crate::mpm::{Domain, preconditions, quadrature};
 use crate::particles::Particles;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Pose, TriMesh, Vec3};
-use cullet_model::{Material, Refusal, Strength};
+use cullet_model::{Material, Refusal, Solver, Strength};
 use cullet_simd::SimdLevel;
 use cullet_specimen::{
     GridFrame, PointLayout, Probe, SpecimenProblem, SpecimenSettings, Spot, Where, Zone, filling,
@@ -30,7 +30,7 @@ const TIP: f64 = 0.75;
 /// Refuses what cannot be solved, with the bound.
 pub(super) fn check(specimen: &SpecimenProblem) -> Result<(), Refusal> {
     let s = &specimen.settings;
-    if specimen.family == DUCTILE.name {
+    if specimen.family == Ductile::NAME {
         let number = f64::from(u8::from(specimen.matter.flow.is_some()));
         preconditions::within("the number of materials that yield", number, 1.0, 1.0)?;
     }

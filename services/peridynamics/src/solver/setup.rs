@@ -1,7 +1,7 @@
 //! What a problem must be like for this method, and the points that its budget allows.
 
 use super::body::PressedDomain;
-use super::{BondRecord, BondSetup, Peridynamics};
+use super::state::{BondRecord, BondSetup, Peridynamics};
 use crate::PeridynamicDomain;
 use crate::anisotropy::{BondAnisotropy, isotropic};
 use crate::bonds::neighbours::in_rows;

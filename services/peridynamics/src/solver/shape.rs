@@ -1,7 +1,7 @@
 //! What becomes of a body that stays one, and how points carry its surface.
 
 use super::components::BondedParts;
-use super::{NO_CHANGE, Peridynamics};
+use super::state::{NO_CHANGE, Peridynamics};
 use crate::solver::body::PressedDomain;
 use cullet_fragment::carriers::Carriers;
 use cullet_fragment::motion;

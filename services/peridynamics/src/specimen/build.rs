@@ -1,6 +1,5 @@
 //! From a specimen to points and bonds.
 
-use super::HORIZON;
 use super::mirror::{MirrorSet, unfit};
 use crate::bonds::BondError;
 use crate::domain::PeridynamicDomain;
@@ -12,6 +11,9 @@ use cullet_specimen::{
     GridFrame, Notch, PointLayout, Probe, SpecimenProblem, Spot, Where, filling, idle, within,
 };
 use std::cell::Cell;
+
+/// Horizon over the spacing where a specimen names none \[1\].
+pub const HORIZON: f64 = 3.015;
 
 /// Horizons that the weights of bonds were looked at for \[spacings\].
 const HORIZONS: [f64; 2] = [1.5, 6.0];

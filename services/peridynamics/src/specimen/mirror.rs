@@ -9,11 +9,11 @@
 //! - A plane that is held across too: no image of what moves gives forces that have a potential.
 //!   All that is behind it moves at v along the axes that are held: it is a grip.
 
-use super::FAMILY;
+use crate::Peridynamics;
 use crate::domain::PeridynamicDomain;
 use cullet_geometry::Vec3;
-use cullet_model::Refusal;
 use cullet_model::strength::Region;
+use cullet_model::{Refusal, Solver};
 use cullet_specimen::{Drive, GridFrame, Hold, SpecimenProblem, within};
 
 /// How far a plane of a support may be from a side of the body \[spacings\].
@@ -65,7 +65,7 @@ pub(super) struct ImageStep {
 
 /// A refusal for what the body or the law lacks.
 pub(super) fn unfit(lack: String) -> Refusal {
-    Refusal::Unfit { solver: FAMILY.name, lack }
+    Refusal::Unfit { solver: Peridynamics::NAME, lack }
 }
 
 impl MirrorSet {

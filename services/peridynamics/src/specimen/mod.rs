@@ -20,11 +20,10 @@ mod read;
 #[cfg(test)]
 mod tests;
 
+pub use build::HORIZON;
+
 use cullet_model::PointPrecision;
 use cullet_specimen::{Feature, PointField, SpecimenFamily};
-
-/// Horizon over the spacing where a specimen names none \[1\].
-pub const HORIZON: f64 = 3.015;
 
 /// The row of the family.
 pub const FAMILY: SpecimenFamily =
