@@ -1,7 +1,10 @@
 //! A run made by hand: a cube falls onto a slab and splits in two. Beside it, if wanted, a sheet
 //! waves and tears.
 
+mod times;
 pub mod waving;
+
+pub use times::{BREAK, STEP, STEPS};
 
 use super::{Event, Finished, PoseRow, RecordError, Recorder, RunMeta, Touch};
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
@@ -10,12 +13,6 @@ use cullet_world::{BodyId, DebrisParticle};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Time step of the run \[s\].
-pub const STEP: f64 = 1.0 / 120.0;
-/// Steps of the run.
-pub const STEPS: u64 = 120;
-/// The step at which the cube breaks.
-pub const BREAK: u64 = 48;
 /// Half the edge of the cube \[m\].
 const HALF: f64 = 0.1;
 

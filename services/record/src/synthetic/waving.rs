@@ -1,6 +1,6 @@
 //! A sheet made by hand: it waves, and tears in two.
 
-use super::STEP;
+use super::times::STEP;
 use crate::{RecordError, Recorder, SheetAbout, SolvedWindow};
 use cullet_geometry::Vec3;
 use cullet_model::{MovingSurface, SurfaceFrame, TornPiece, WindowLedger, WindowOutcome};

@@ -1,7 +1,8 @@
 //! One viewer's connection.
 
+use super::protocol;
 use super::queue::{ClientQueue, NextFrame};
-use super::{SharedStream, protocol};
+use super::stream::SharedStream;
 use crate::headers::is_this_machine;
 use axum::http::header::{HeaderName, ORIGIN, SEC_WEBSOCKET_PROTOCOL};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri};
