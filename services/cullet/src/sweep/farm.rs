@@ -1,6 +1,7 @@
 //! Sweeps at a coordinator: handed in at once, fetched together, then or later.
 
-use super::{FinishOptions, Named, PreparedSweep, SweepRow, finish, lines, plan, read, worst};
+use super::named::{Named, PreparedSweep, plan, read};
+use super::table::{FinishOptions, SweepRow, finish, lines, worst};
 use crate::client::{bring, connect, exit_of, follow, hand_in, has_summary, known, print_json};
 use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::{Folder, refuse_fetched, refuse_taken};

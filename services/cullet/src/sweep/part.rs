@@ -1,7 +1,8 @@
 //! One run of a sweep, and the sheet and the table of runs that are there: for batch systems, which
 //! do the runs of a sweep as tasks of a job, on any machine, and then one task more.
 
-use super::{FinishOptions, Named, SweepRow, finish, read};
+use super::named::{Named, read};
+use super::table::{FinishOptions, SweepRow, finish};
 use crate::args::RunArgs;
 use crate::exit::{CommandError, Exit};
 use crate::logs;
