@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 
 /// Most chunk numbers in one list of missing chunks; the rest is asked for next time.
 pub const MAX_MISSING: usize = 1_024;
-/// What is said of an attempt that was ended for the time that it took.
+/// What is said of an attempt that was ended for the time that it took, and nothing else: the pool
+/// tells such attempts from others by it.
 pub const OVERDUE: &str = "over the hard limit";
 
 /// Longest version of a program \[bytes\].

@@ -65,6 +65,12 @@ pub mod codes {
     pub const INTERRUPTED: u8 = 130;
 }
 
+/// Why a command could not do its work, where programs go by it: `cause` of an error as JSON.
+pub mod causes {
+    /// A motion of the world is not a number any more.
+    pub const NOT_FINITE: &str = "not-finite";
+}
+
 /// Where a run stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -206,6 +206,7 @@ impl JobPool for ReplayingPool<'_> {
                 worker: String::new(),
                 wall: Duration::ZERO,
                 cached: true,
+                overdue: false,
                 tries: Vec::new(),
                 reproduction: None,
             },

@@ -108,6 +108,7 @@ pub(crate) struct CommandError {
     pub(crate) exit: Exit,
     text: String,
     place: Option<String>,
+    cause: Option<&'static str>,
 }
 
 /// A command's error as a line of JSON.
@@ -117,17 +118,29 @@ struct ErrorLine<'a> {
     kind: &'a str,
     message: &'a str,
     place: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cause: Option<&'a str>,
 }
 
 impl CommandError {
     /// Trouble of that kind, in words.
     pub(crate) fn new(exit: Exit, text: impl fmt::Display) -> Self {
-        Self { exit, text: plain(&text.to_string()), place: None }
+        Self { exit, text: plain(&text.to_string()), place: None, cause: None }
     }
 
     /// It has to do with this file, folder, endpoint or program.
     pub(crate) fn at(self, place: impl fmt::Display) -> Self {
         Self { place: Some(place.to_string()), ..self }
+    }
+
+    /// It has this cause, one of [`cullet_proto::service::causes`].
+    pub(crate) fn by(self, cause: &'static str) -> Self {
+        Self { cause: Some(cause), ..self }
+    }
+
+    /// What it comes from, where programs go by that.
+    pub(crate) fn cause(&self) -> Option<&'static str> {
+        self.cause
     }
 
     /// The same trouble in other words.
@@ -140,10 +153,11 @@ impl CommandError {
         self.place.as_deref()
     }
 
-    /// As one JSON object: code, kind, message and place.
+    /// As one JSON object: code, kind, message and place, and its cause where programs go by it.
     pub(crate) fn json(&self) -> String {
         let (code, kind) = (self.exit.code(), self.exit.word());
-        let told = ErrorLine { code, kind, message: &self.text, place: self.place() };
+        let told =
+            ErrorLine { code, kind, message: &self.text, place: self.place(), cause: self.cause };
         serde_json::to_string(&told).unwrap_or_default()
     }
 
@@ -241,6 +255,7 @@ mod tests {
     use super::{CODES, Exit};
     use crate::args::EXIT_CODES;
     use crate::exit::CommandError;
+    use cullet_proto::service::causes::NOT_FINITE;
     use serde_json::json;
     use std::collections::BTreeSet;
 
@@ -282,5 +297,8 @@ mod tests {
         let told: serde_json::Value =
             serde_json::from_str(&CommandError::new(Exit::Usage, "no").json()).expect("JSON");
         assert_eq!(told, json!({"code": 64, "kind": "usage", "message": "no", "place": null}));
+        let lost = CommandError::new(Exit::Failed, "no").by(NOT_FINITE).said("run 3: no").json();
+        let lost: serde_json::Value = serde_json::from_str(&lost).expect("JSON");
+        assert_eq!((&lost["cause"], &lost["code"]), (&json!("not-finite"), &json!(2)));
     }
 }

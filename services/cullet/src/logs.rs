@@ -103,7 +103,7 @@ pub(crate) fn error(trouble: &CommandError) {
     match (JSON.load(Ordering::Relaxed), OBJECTS.load(Ordering::Relaxed)) {
         (true, _) => {
             let (code, kind, place) = (trouble.exit.code(), trouble.exit.word(), trouble.place());
-            tracing::error!(code, kind, place, "{trouble}");
+            tracing::error!(code, kind, place, cause = trouble.cause(), "{trouble}");
         }
         (false, true) => line(trouble.json()),
         (false, false) => line(format_args!("error: {trouble}")),

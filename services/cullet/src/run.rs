@@ -11,6 +11,7 @@ use crate::{args, logs};
 use cullet::{LocalPool, LocalRunError, LocalWorkers, Scene, spare_cores};
 use cullet::{Outcome, RunError, RunOptions};
 use cullet_picture::Framing;
+use cullet_proto::service::causes::NOT_FINITE;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -168,7 +169,8 @@ pub(crate) fn trouble(error: &RunError) -> CommandError {
         RunError::Abandoned { .. } => Exit::Stalled,
         _ => Exit::Failed,
     };
-    CommandError::new(exit, error)
+    let trouble = CommandError::new(exit, error);
+    if error.is_not_finite() { trouble.by(NOT_FINITE) } else { trouble }
 }
 
 /// Draws the pictures of a recording into a folder.

@@ -11,7 +11,6 @@ use cullet_pool::{
     CacheConfig, JobEnding as Settled, LinkError, Pool, PoolConfig, Settlement, Share, SpawnConfig,
     Timing,
 };
-use cullet_proto::pool::OVERDUE;
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use cullet_proto::{JobId, Verdict};
 use std::path::Path;
@@ -115,7 +114,7 @@ pub(super) fn result_of(settlement: Settlement, limits: &Limits) -> SpecimenResu
     };
     let last = settlement.tries.last();
     let took = last.map(|last| last.ended.unwrap_or(settlement.wall).saturating_sub(last.granted));
-    let mut result = SpecimenResult::ended(if text.contains(OVERDUE) {
+    let mut result = SpecimenResult::ended(if settlement.overdue {
         Ending::Timeout(limits.late())
     } else {
         Ending::Crashed(text)

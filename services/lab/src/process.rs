@@ -1,8 +1,9 @@
 //! A scene run by a process of its own: how it ended, and what it cost.
 
 use cullet_files::process_memory::of_process;
-use cullet_proto::service::codes;
+use cullet_proto::service::{causes, codes};
 use cullet_proto::specimen::Price;
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -22,6 +23,8 @@ pub(super) enum ProcessEnd {
     Refused,
     /// It took too long and was ended.
     Late,
+    /// A motion of its world is not a number any more (F76).
+    NotFinite,
     /// Anything else.
     Broken,
 }
@@ -52,7 +55,7 @@ pub(super) struct SceneCommand<'a> {
 pub(super) fn run(order: SceneCommand<'_>) -> Ran {
     let mut command = Command::new(order.exe);
     command.arg("run").arg(order.scene).arg("--out").arg(order.out);
-    command.args(["--quiet", "--no-pictures", "--workers", "1", "--threads", "1"]);
+    command.args(["--quiet", "--no-pictures", "--json", "--workers", "1", "--threads", "1"]);
     for setting in order.overrides {
         command.arg("--set").arg(setting);
     }
@@ -70,9 +73,30 @@ pub(super) fn run(order: SceneCommand<'_>) -> Ran {
         price.cpu = price.cpu.max(order.limit.as_secs_f64());
     }
     let text = std::fs::read_to_string(&log).unwrap_or_default();
-    let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
-    let last: String = lines.last().copied().unwrap_or_default().chars().take(SAID).collect();
+    let (last, cause) = last_words(&text);
+    let lost = end == ProcessEnd::Broken && cause.as_deref() == Some(causes::NOT_FINITE);
+    let end = if lost { ProcessEnd::NotFinite } else { end };
     Ran { end, price, said: if last.is_empty() { failed } else { last } }
+}
+
+/// The error of a process as it writes one for programs.
+#[derive(Deserialize)]
+struct ReportedError {
+    message: String,
+    cause: Option<String>,
+}
+
+/// The last that a process had to say, and the cause of the error that this is, if it has one.
+fn last_words(text: &str) -> (String, Option<String>) {
+    let last_line = |text: &str| {
+        let line = text.lines().rfind(|line| !line.trim().is_empty()).unwrap_or_default();
+        line.chars().take(SAID).collect::<String>()
+    };
+    let line = text.lines().rfind(|line| !line.trim().is_empty()).unwrap_or_default();
+    match serde_json::from_str::<ReportedError>(line) {
+        Ok(error) => (last_line(&format!("error: {}", error.message)), error.cause),
+        Err(_) => (last_line(text), None),
+    }
 }
 
 /// Waits for the end of a process; what it cost is read before it is let go.
@@ -125,4 +149,26 @@ fn spent(id: u32) -> f64 {
     // After the name: the state, ten more, then user and system time, its own and its children's,
     // in 1/100 s.
     fields.get(11..15).map_or(0.0, |times| times.iter().sum::<f64>() / 100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SAID, last_words};
+
+    #[test]
+    fn an_error_is_told_as_people_read_it_and_has_its_cause() {
+        let line = |more: &str| {
+            format!(
+                "a warning\n{{\"code\":2,\"message\":\"it\\nis lost\",\"place\":null{more}}}\n\n"
+            )
+        };
+        let lost = last_words(&line(",\"cause\":\"not-finite\""));
+        assert_eq!(lost, ("is lost".to_owned(), Some("not-finite".to_owned())));
+        assert_eq!(last_words(&line("")), ("is lost".to_owned(), None));
+        let one = "{\"message\":\"no file\"}";
+        assert_eq!(last_words(one), ("error: no file".to_owned(), None));
+        let panic = format!("thread 'main' panicked\n{}\n \n", "x".repeat(2 * SAID));
+        assert_eq!(last_words(&panic), ("x".repeat(SAID), None));
+        assert_eq!(last_words(""), (String::new(), None));
+    }
 }

@@ -3,7 +3,6 @@ use super::*;
 use crate::specimen::load;
 use cullet_pool::{JobEnding as Settled, Settlement};
 use cullet_proto::Verdict;
-use cullet_proto::pool::OVERDUE;
 use cullet_proto::specimen::Frame;
 
 const BAR: &str = r#"
@@ -113,7 +112,7 @@ fn a_failed_run_is_a_row() {
 /// What the pool says of a job that came to nothing is a status.
 #[test]
 fn a_job_without_a_result_is_a_status() {
-    let of = |ending: Settled| {
+    let of_late = |ending: Settled, overdue: bool| {
         let wall = std::time::Duration::from_secs(1);
         let settlement = Settlement {
             reproduction: None,
@@ -121,19 +120,23 @@ fn a_job_without_a_result_is_a_status() {
             attempts: 1,
             worker: String::new(),
             cached: false,
+            overdue,
             wall,
             tries: Vec::new(),
         };
         let limits = Limits { exe: "none".into(), words: Vec::new(), workers: 1, time: wall };
         result_of(settlement, &limits).outcome.ending
     };
+    let of = |ending: Settled| of_late(ending, false);
     let told = |ending: &Ending| trouble(ending).unwrap_or_default().to_owned();
     let crash = of(Settled::Abandoned("too many workers ended: signal: 9".to_owned()));
     assert_eq!(status(&crash), "crashed");
     assert!(told(&crash).contains("signal: 9"), "{crash:?}");
-    let slow = of(Settled::Abandoned(format!("too many workers ended: {OVERDUE}")));
+    let words = "too many workers ended: over the hard limit";
+    let slow = of_late(Settled::Abandoned(words.to_owned()), true);
     assert_eq!(status(&slow), "timeout");
     assert!(told(&slow).contains("1 s, the limit"), "{slow:?}");
+    assert_eq!(status(&of(Settled::Abandoned(words.to_owned()))), "crashed");
     assert_eq!(status(&of(Settled::Cancelled)), "crashed");
     let text = "no".to_owned();
     let wrong = of(Settled::Verdict(Verdict::Refused { solver: text.clone(), text }));

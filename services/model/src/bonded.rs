@@ -60,35 +60,80 @@ impl Default for BondedSolid {
     }
 }
 
+/// Which property of a [`BondedSolid`] a number of it is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BondProperty {
+    /// [`BondedSolid::dust`].
+    Dust,
+    /// [`BondedSolid::friction`].
+    Friction,
+    /// [`BondedSolid::bond_damping`].
+    BondDamping,
+    /// [`BondedSolid::air_damping`].
+    AirDamping,
+    /// [`BondedSolid::horizon`].
+    Horizon,
+    /// [`BondedSolid::hardening`].
+    Hardening,
+    /// [`BondedSolid::max_plastic_stretch`].
+    MaxPlasticStretch,
+    /// [`BondedSolid::grain`].
+    Grain,
+    /// [`BondedSolid::failure`].
+    Failure,
+}
+
+/// A number of a [`BondedSolid`] and its bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundedNumber {
+    /// What it is a number of.
+    pub of: BondProperty,
+    /// What it is, in words, its value, and the least and the greatest that holds.
+    pub bound: (&'static str, f64, f64, f64),
+}
+
 impl BondedSolid {
     /// Its numbers: what each is, its value, the least and the greatest that holds.
     #[must_use]
     pub fn bounds(&self) -> Vec<(&'static str, f64, f64, f64)> {
+        self.numbers().into_iter().map(|number| number.bound).collect()
+    }
+
+    /// Its numbers with their bounds, and what each is of.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<BoundedNumber> {
+        use BondProperty as Of;
         let mut all = vec![
-            ("dust control [1]", self.dust, 0.0, 10.0),
-            ("friction of parted points [1]", self.friction, 0.0, 10.0),
-            ("damping of bonds [1]", self.bond_damping, 0.0, 1.0),
-            ("damping by air [1/s]", self.air_damping, 0.0, 1e6),
-            ("horizon over the distance of points [1]", self.horizon, 2.0, 4.1),
+            (Of::Dust, ("dust control [1]", self.dust, 0.0, 10.0)),
+            (Of::Friction, ("friction of parted points [1]", self.friction, 0.0, 10.0)),
+            (Of::BondDamping, ("damping of bonds [1]", self.bond_damping, 0.0, 1.0)),
+            (Of::AirDamping, ("damping by air [1/s]", self.air_damping, 0.0, 1e6)),
+            (Of::Horizon, ("horizon over the distance of points [1]", self.horizon, 2.0, 4.1)),
         ];
-        all.extend(self.hardening.iter().flat_map(Hardening::bounds));
+        let flow = self.hardening.iter().flat_map(Hardening::bounds);
+        all.extend(flow.map(|bound| (Of::Hardening, bound)));
         if let Some(limit) = self.max_plastic_stretch {
-            all.push(("greatest plastic stretch [1]", limit, 1e-4, 0.3));
+            all.push((Of::MaxPlasticStretch, ("greatest plastic stretch [1]", limit, 1e-4, 0.3)));
         }
         if let Some(BondGrain { axis, strength, stretch }) = self.grain {
-            all.push(("length of the grain's axis [1]", axis.norm(), 1.0 - 1e-6, 1.0 + 1e-6));
-            all.push(("strength along the grain over that across [1]", strength, 0.1, 10.0));
-            all.push(("stretch along the grain [1]", stretch, 0.5, 2.0));
+            let bounds = [
+                ("length of the grain's axis [1]", axis.norm(), 1.0 - 1e-6, 1.0 + 1e-6),
+                ("strength along the grain over that across [1]", strength, 0.1, 10.0),
+                ("stretch along the grain [1]", stretch, 0.5, 2.0),
+            ];
+            all.extend(bounds.map(|bound| (Of::Grain, bound)));
         }
         if let Some(failure) = self.failure {
-            all.extend(failure.d.map(|d| ("a number of ductile failure [1]", d, -1e3, 1e3)));
+            let number = |d| (Of::Failure, ("a number of ductile failure [1]", d, -1e3, 1e3));
+            all.extend(failure.d.map(number));
             // Between what shells and what deep notches have.
             for triaxiality in [-2.0 / 3.0, 3.0] {
                 let strain = failure.strain(triaxiality);
-                all.push(("plastic strain at which bonds break [1]", strain, 1e-4, 1e3));
+                let bound = ("plastic strain at which bonds break [1]", strain, 1e-4, 1e3);
+                all.push((Of::Failure, bound));
             }
         }
-        all
+        all.into_iter().map(|(of, bound)| BoundedNumber { of, bound }).collect()
     }
 }
 

@@ -30,7 +30,7 @@ pub mod treatment;
 
 pub use art_direction::ArtDirection;
 pub use body::BodyShape;
-pub use bonded::{BondGrain, BondedSolid};
+pub use bonded::{BondGrain, BondProperty, BondedSolid, BoundedNumber};
 pub use continuum::{
     Continuum, ContinuumBody, ContinuumEntry, ContinuumSetup, Handed, MovingSurface, PreparedBody,
     Proxy, ProxyMotion, SettledPiece, SurfaceFrame, SweptExtent, TornPiece, Window,

@@ -199,6 +199,7 @@ impl Shell {
         };
         let (cached, tries) =
             (matches!(decision, Decision::Done { worker: None, .. }), wanted.tries(opened));
+        let overdue = matches!(decision, Decision::Abandoned(_)) && wanted.trouble == OVERDUE;
         let (ending, worker) = match (decision, wanted.result) {
             (Decision::Done { worker, .. }, Some(verdict)) => {
                 worker.into_iter().for_each(|worker| self.workers.roster.done(worker));
@@ -214,7 +215,8 @@ impl Shell {
             (Decision::Cancelled, _) => (self.unwanted(run), String::new()),
         };
         let wall = opened.elapsed();
-        let settlement = Settlement { ending, attempts, worker, cached, wall, tries, reproduction };
+        let settlement =
+            Settlement { ending, attempts, worker, cached, overdue, wall, tries, reproduction };
         // Sent once the counts that go with it can be read.
         self.runs.settled.push((run, JobId(job.0), settlement));
     }

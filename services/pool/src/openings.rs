@@ -88,6 +88,7 @@ impl Shell {
             attempts: 0,
             worker: String::new(),
             cached: false,
+            overdue: false,
             wall: Duration::ZERO,
             tries: Vec::new(),
             reproduction: None,

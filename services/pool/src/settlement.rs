@@ -25,6 +25,8 @@ pub struct Settlement {
     pub worker: String,
     /// Whether its result was known before.
     pub cached: bool,
+    /// Whether it was given up after an attempt that was ended for the time that it took.
+    pub overdue: bool,
     /// Wall time since the opening.
     pub wall: Duration,
     /// Attempts, the first ones, in the order in which they were granted.

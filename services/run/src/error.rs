@@ -94,6 +94,12 @@ pub enum RunError {
 }
 
 impl RunError {
+    /// Whether a motion of the world is not a number any more.
+    #[must_use]
+    pub fn is_not_finite(&self) -> bool {
+        matches!(self, Self::World(WorldError::NotFinite { .. }))
+    }
+
     /// Whether the run was not to be: what it was to take up is not there, or is not as it has to
     /// be. Nothing is left of it then.
     #[must_use]

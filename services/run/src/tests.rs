@@ -65,6 +65,7 @@ fn settlement(verdict: Verdict) -> Settlement {
         worker: "w".to_owned(),
         wall: Duration::ZERO,
         cached: false,
+        overdue: false,
         tries: Vec::new(),
         reproduction: None,
     }

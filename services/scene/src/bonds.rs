@@ -4,7 +4,7 @@ use super::direction::direction;
 use super::format::{self, SolverChoice};
 use super::material::SceneMaterial;
 use super::sourced::Fault;
-use cullet_model::{BondGrain, BondedSolid, DuctileFailure};
+use cullet_model::{BondGrain, BondProperty, BondedSolid, BoundedNumber, DuctileFailure};
 use cullet_plan::family;
 
 impl From<&format::BondNumbers> for BondedSolid {
@@ -39,15 +39,28 @@ pub(super) fn faults(written: &format::BondNumbers) -> Vec<Fault> {
         return vec![("grain", format!("`axis` {why}"))];
     }
     let bonds = BondedSolid::from(written);
-    let out = |(_, value, low, high): &(&str, f64, f64, f64)| !(*low..=*high).contains(value);
-    let key = |what: &str| match what.contains("ductile") || what.contains("plastic strain") {
-        true => "failure",
-        false => "grain",
+    let fault = |number: BoundedNumber| {
+        let (what, value, low, high) = number.bound;
+        let message = format!("{what} is {value:.3e}; it must lie in [{low:.3e}, {high:.3e}]");
+        (!(low..=high).contains(&value)).then_some((key_of(number.of)?, message))
     };
-    let fault = |(what, value, low, high): (&'static str, f64, f64, f64)| {
-        (key(what), format!("{what} is {value:.3e}; it must lie in [{low:.3e}, {high:.3e}]"))
-    };
-    bonds.bounds().into_iter().filter(out).map(fault).collect()
+    bonds.numbers().into_iter().filter_map(fault).collect()
+}
+
+/// The key below `peridynamics` that a property of bonds is written at. How they yield is another
+/// key of the material.
+fn key_of(property: BondProperty) -> Option<&'static str> {
+    match property {
+        BondProperty::Dust => Some("dust"),
+        BondProperty::Friction => Some("friction"),
+        BondProperty::BondDamping => Some("damping"),
+        BondProperty::AirDamping => Some("air"),
+        BondProperty::Horizon => Some("horizon"),
+        BondProperty::Hardening => None,
+        BondProperty::MaxPlasticStretch => Some("max_plastic_stretch"),
+        BondProperty::Grain => Some("grain"),
+        BondProperty::Failure => Some("failure"),
+    }
 }
 
 /// Why `peridynamics` cannot solve a body of a material, by the key at fault.

@@ -38,6 +38,7 @@ impl JobPool for Stub {
                 worker,
                 wall,
                 cached: false,
+                overdue: false,
                 tries,
                 reproduction: None,
             },

@@ -312,7 +312,7 @@ fn scene(chart: &FrontierChart, run: &Planned, limits: &Limits) -> MeasuredRun {
         ProcessEnd::Complete => "ok",
         ProcessEnd::Refused => "refused",
         ProcessEnd::Late => "timeout",
-        ProcessEnd::Broken => "crashed",
+        ProcessEnd::Broken | ProcessEnd::NotFinite => "crashed",
     }
     .to_owned();
     (row.wall, row.cpu) = (ran.price.wall, ran.price.cpu);

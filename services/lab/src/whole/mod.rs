@@ -81,8 +81,7 @@ fn ending(ran: &Ran, limits: &Limits) -> Ending {
         ProcessEnd::Complete => Ending::Ok,
         ProcessEnd::Refused => Ending::Refused(said),
         ProcessEnd::Late => Ending::Timeout(limits.late()),
-        // What the world says of a motion that is lost (F76).
-        ProcessEnd::Broken if said.contains("is not finite") => Ending::NotFinite(said),
+        ProcessEnd::NotFinite => Ending::NotFinite(said),
         ProcessEnd::Broken => Ending::Crashed(said),
     }
 }

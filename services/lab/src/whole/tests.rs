@@ -140,6 +140,8 @@ fn the_end_of_a_process_is_a_status() {
     assert_eq!(of(ProcessEnd::Complete, ""), "ok");
     assert_eq!(of(ProcessEnd::Refused, "there is no body"), "refused");
     assert_eq!(of(ProcessEnd::Late, ""), "timeout");
-    assert_eq!(of(ProcessEnd::Broken, "the motion of body \"a\" is not finite at step 3"), "nan");
+    let lost = "the motion of body \"a\" is not finite at step 3";
+    assert_eq!(of(ProcessEnd::NotFinite, lost), "nan");
+    assert_eq!(of(ProcessEnd::Broken, lost), "crashed", "words decide nothing");
     assert_eq!(of(ProcessEnd::Broken, "signal: 9 (SIGKILL)"), "crashed");
 }

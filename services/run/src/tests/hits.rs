@@ -30,9 +30,11 @@ impl JobPool for Refuser {
         let id = self.waiting.borrow_mut().pop()?;
         let verdict = Verdict::Refused { solver: "stub".into(), text: "never".into() };
         let (ending, worker) = (JobEnding::Verdict(verdict), String::new());
-        let (wall, tries, cached) = (Duration::ZERO, Vec::new(), false);
-        let reproduction = None;
-        Some((id, Settlement { ending, attempts: 1, worker, wall, cached, tries, reproduction }))
+        let (wall, tries) = (Duration::ZERO, Vec::new());
+        let (cached, overdue, reproduction) = (false, false, None);
+        let settlement =
+            Settlement { ending, attempts: 1, worker, wall, cached, overdue, tries, reproduction };
+        Some((id, settlement))
     }
 
     fn load(&self) -> PoolLoad {
