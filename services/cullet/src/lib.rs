@@ -102,7 +102,7 @@ pub use cullet_scene::Scene;
 pub use cullet_scene::{SceneBody, SceneMaterial};
 
 #[doc(inline)]
-pub use cullet_document::{Bundle, SceneError, SceneErrors};
+pub use cullet_document::{Bundle, SceneError, SceneErrorKind, SceneErrors};
 
 #[doc(inline)]
 pub use cullet_pool::SpawnConfig;

@@ -2,7 +2,7 @@
 //!
 //! Only the words of JSON schema that our own types produce are understood.
 
-use super::error::{SceneError, suggest};
+use super::error::{SceneError, SceneErrorKind, suggest};
 use super::tree::{Node, Path, TableEntry, Value, join, show};
 use super::unit::{self, Dimension};
 use serde_json::Value as Json;
@@ -63,7 +63,12 @@ struct SchemaChecker<'a> {
 
 impl SchemaChecker<'_> {
     fn wrong(&mut self, node: &Node, path: &Path, message: String) {
-        self.found.errors.push(SceneError::at(&node.origin, show(path), message));
+        self.note(SceneErrorKind::Wrong, node, path, message);
+    }
+
+    fn note(&mut self, kind: SceneErrorKind, node: &Node, path: &Path, message: String) {
+        let error = SceneError::at(&node.origin, show(path), message);
+        self.found.errors.push(error.of_kind(kind));
         self.found.bad.push(path.clone());
     }
 
@@ -132,7 +137,7 @@ impl SchemaChecker<'_> {
             .map(str::to_owned)
             .collect();
         for key in missing {
-            self.wrong(node, path, format!("`{key}` is missing"));
+            self.note(SceneErrorKind::Missing, node, path, format!("`{key}` is missing"));
         }
     }
 
@@ -184,7 +189,7 @@ impl SchemaChecker<'_> {
         }
         let Some(kind) = node.get("kind") else {
             let message = format!("`kind` is missing; known: {}", names.join(", "));
-            return self.wrong(node, path, message);
+            return self.note(SceneErrorKind::Missing, node, path, message);
         };
         let chosen = kind.text().and_then(|kind| kinds.iter().position(|known| known == kind));
         match chosen {

@@ -55,6 +55,18 @@ fn floor_boundary(text: &str, index: usize) -> usize {
     index
 }
 
+/// What kind of thing is wrong with a scene, for code that goes by it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SceneErrorKind {
+    /// What is there does not hold.
+    #[default]
+    Wrong,
+    /// A key that has to be there is not.
+    Missing,
+    /// All was read, and no body can be made of it or has room there.
+    Geometry,
+}
+
 /// One thing that is wrong with a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneError {
@@ -66,8 +78,8 @@ pub struct SceneError {
     pub message: String,
     /// What could be meant instead.
     pub help: Option<String>,
-    /// Whether all was read, and no body can be made of it or has room there.
-    pub geometry: bool,
+    /// What kind of thing is wrong.
+    pub kind: SceneErrorKind,
 }
 
 impl SceneError {
@@ -79,7 +91,7 @@ impl SceneError {
             path: path.into(),
             message: message.into(),
             help: None,
-            geometry: false,
+            kind: SceneErrorKind::Wrong,
         }
     }
 
@@ -87,7 +99,7 @@ impl SceneError {
     #[must_use]
     pub fn without_place(message: impl Into<String>) -> Self {
         let (path, message) = (String::new(), message.into());
-        Self { place: None, path, message, help: None, geometry: false }
+        Self { place: None, path, message, help: None, kind: SceneErrorKind::Wrong }
     }
 
     /// The same, with advice.
@@ -95,6 +107,12 @@ impl SceneError {
     pub fn help(mut self, help: Option<impl Into<String>>) -> Self {
         self.help = help.map(Into::into);
         self
+    }
+
+    /// The same, of another kind.
+    #[must_use]
+    pub fn of_kind(self, kind: SceneErrorKind) -> Self {
+        Self { kind, ..self }
     }
 }
 

@@ -18,6 +18,6 @@ pub mod sheet;
 pub mod tree;
 pub mod unit;
 
-pub use error::{SceneError, SceneErrors, SourcePlace};
+pub use error::{SceneError, SceneErrorKind, SceneErrors, SourcePlace};
 pub use files::{Bundle, FileError, SceneFile};
 pub use schema::printed;

@@ -4,7 +4,7 @@ use super::format::Fidelity;
 use super::geometry::GeometryCache;
 use super::material::SceneMaterial;
 use super::motions::MotionCache;
-use cullet_document::error::{SceneError, nearest};
+use cullet_document::error::{SceneError, SceneErrorKind, nearest};
 use cullet_document::files::{FileError, Files};
 use cullet_document::tree::{Node, Path, Step, show};
 use std::collections::{BTreeMap, BTreeSet};
@@ -110,7 +110,7 @@ impl ResolveContext<'_> {
         help: Option<String>,
     ) {
         let error = SceneError::at(self.root.nearest(path), show(path), message).help(help);
-        self.errors.push(SceneError { geometry: true, ..error });
+        self.errors.push(error.of_kind(SceneErrorKind::Geometry));
     }
 
     /// Whether a mesh file is there, and of a format that is read; what is wrong is noted.

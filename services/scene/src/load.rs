@@ -6,7 +6,9 @@ use super::scene::Scene;
 use super::schema;
 use cullet_document::files::{Files, SCENE_BASE, Source};
 use cullet_document::overrides::{OverrideRules, apply_overrides};
-use cullet_document::{Bundle, SceneError, SceneErrors, SceneFile, check, document};
+use cullet_document::{
+    Bundle, SceneError, SceneErrorKind, SceneErrors, SceneFile, check, document,
+};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -85,7 +87,7 @@ fn build(
     let mut findings = check::check(schema, &mut root);
     if garbled {
         // What is no TOML is left out, and may be what is missing.
-        findings.errors.retain(|error| !error.message.ends_with("is missing"));
+        findings.errors.retain(|error| error.kind != SceneErrorKind::Missing);
     }
     errors.append(&mut findings.errors);
     let resolved = resolve::resolve(&root, findings, garbled, &mut files);

@@ -74,6 +74,17 @@ fn what_is_wrong_in_one_stage_hides_nothing_of_another() {
     assert!(!garbled.contains("overlaps"), "what could not be read may be the place: {garbled}");
 }
 
+/// What is no TOML is left out, and may be what is missing: a key, or the kind of a table.
+#[test]
+fn nothing_is_missing_in_garbled_text() {
+    let scene = "[[body]]\nname = \"a\"\nmaterial = \"soda-lime-glass\"\nshape = { radius = 1 }\n\
+                 [view]\neye = [1, 2, 3]\n";
+    let said = errors_of(scene, &[]);
+    assert!(said.contains("`kind` is missing") && said.contains("`target` is missing"), "{said}");
+    let garbled = errors_of(&format!("{scene}end = = 1\n"), &[]);
+    assert!(garbled.contains("scene.toml:8:") && !garbled.contains("is missing"), "{garbled}");
+}
+
 #[test]
 fn advice_is_near_to_what_was_written() {
     let cases = [

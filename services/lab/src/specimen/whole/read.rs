@@ -8,7 +8,7 @@ use super::schema::schema_json;
 use super::watch;
 use cullet_document::check;
 use cullet_document::document::SCENE;
-use cullet_document::error::{SceneError, SceneErrors};
+use cullet_document::error::{SceneError, SceneErrorKind, SceneErrors};
 use cullet_document::files::Files;
 use cullet_document::overrides::{OverrideRules, apply_overrides};
 use cullet_document::tree::{Node, Value};
@@ -34,7 +34,7 @@ pub(in crate::specimen) fn read(
     let outer: Vec<String> =
         arguments.iter().filter(|text| of_scene(text).is_none()).cloned().collect();
     let scene = load(path, &inner).map_err(|found| {
-        let unmade = found.errors.iter().all(|error| error.geometry);
+        let unmade = found.errors.iter().all(|error| error.kind == SceneErrorKind::Geometry);
         let below = |error: SceneError| {
             let path = if error.path.is_empty() { SCENE } else { PREFIX }.to_owned() + &error.path;
             SceneError { path, ..error }
