@@ -357,22 +357,11 @@ impl Board {
                 })
             }
             BoardEvent::Returned { at } => {
-                for entry in self.entries.values_mut() {
-                    if entry.state == State::Running {
-                        entry.stopped(RunEnd::default(), *at);
-                    }
-                }
+                let going = self.entries.values_mut().filter(|entry| entry.state == State::Running);
+                going.for_each(|entry| entry.stopped(RunEnd::default(), *at));
                 Ok(())
             }
-            BoardEvent::Forgotten { run } => {
-                let entry = self.get(*run)?;
-                if !entry.state.is_over() {
-                    return Err(entry.refuse("forgotten"));
-                }
-                let entry = self.entries.remove(run);
-                self.leaving.extend(entry.map(|entry| (*run, entry)));
-                Ok(())
-            }
+            BoardEvent::Forgotten { run } => self.forget(*run),
             BoardEvent::Removed { run } => {
                 self.leaving.remove(run).map(drop).ok_or(No::Unknown(*run))
             }
@@ -425,6 +414,16 @@ impl Board {
         }
         self.last = run;
         self.entries.insert(run, entry);
+        Ok(())
+    }
+
+    fn forget(&mut self, run: u64) -> Result<(), No> {
+        let entry = self.get(run)?;
+        if !entry.state.is_over() {
+            return Err(entry.refuse("forgotten"));
+        }
+        let entry = self.entries.remove(&run);
+        self.leaving.extend(entry.map(|entry| (run, entry)));
         Ok(())
     }
 

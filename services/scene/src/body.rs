@@ -2,7 +2,9 @@
 
 use super::context::ResolveContext;
 use super::direction::MIN_LENGTH;
-use super::format::{Anchor, Body, Fracture, Interior, ObjectsChoice, Rotation, SolverChoice};
+use super::format::{
+    Anchor, Body, Fracture, Interior, ObjectsChoice, Resolution, Rotation, SolverChoice,
+};
 use super::geometry::{BodyGeometry, GeometrySource, MAX_SIZE, ObjectSource, bounds};
 use super::material::SceneMaterial;
 use super::parts::PlacedShape;
@@ -86,35 +88,18 @@ impl ResolveContext<'_> {
         self.motion(body, path);
         let driven = self.driven(body, path);
         let animation = self.animation(body, path);
-        let resolution = body.resolution.unwrap_or_default();
-        if body.resolution.is_some()
-            && resolution.spacing.is_some() == resolution.particles.is_some()
-        {
-            self.wrong(&join(path, "resolution"), "takes `spacing` or `particles`, one of them");
-        }
+        let resolution = self.resolution(body, path);
         let (Some(material), Some(shapes)) = (material, shapes) else {
             return None;
         };
         let wanted = body.breakable.unwrap_or(!body.fixed && !driven && material.breakable);
-        if wanted {
-            let faults = match body.dynamic {
-                Some(_) => material.faults(),
-                None => material.rigid_faults(),
-            };
-            for (_, fault) in faults {
-                let message = format!("{} cannot break: {fault}", material.name);
-                self.wrong(&join(path, "material"), message);
-            }
-        }
         let solver = body.solver.clone().unwrap_or_else(|| defaults.solver.clone());
         if wanted {
+            self.check_strength(body, &material, path);
             self.unfit(body, (&material, &solver), &shapes, path);
         }
         if driven && shapes.len() > 1 {
-            let count = shapes.len();
-            let message = format!("only a body of one object is driven; its mesh file has {count}");
-            let key = if body.animation.is_some() { "animation" } else { "keyframes" };
-            self.wrong(&join(path, key), message);
+            self.refuse_driven_objects(body, shapes.len(), path);
         }
         let direction = self.direction_of((body, wanted), &shapes, defaults, path);
         let held = direction.as_deref();
@@ -155,6 +140,36 @@ impl ResolveContext<'_> {
             });
         }
         (self.errors.len() == before).then_some(templates)
+    }
+
+    /// How finely a body is resolved, as written; that it says so twice or not at all is noted.
+    fn resolution(&mut self, body: &Body, path: &Path) -> Resolution {
+        let resolution = body.resolution.unwrap_or_default();
+        if body.resolution.is_some()
+            && resolution.spacing.is_some() == resolution.particles.is_some()
+        {
+            self.wrong(&join(path, "resolution"), "takes `spacing` or `particles`, one of them");
+        }
+        resolution
+    }
+
+    /// Notes why the material of a body cannot break.
+    fn check_strength(&mut self, body: &Body, material: &SceneMaterial, path: &Path) {
+        let faults = match body.dynamic {
+            Some(_) => material.faults(),
+            None => material.rigid_faults(),
+        };
+        for (_, fault) in faults {
+            let message = format!("{} cannot break: {fault}", material.name);
+            self.wrong(&join(path, "material"), message);
+        }
+    }
+
+    /// Notes that each of several objects of one mesh file cannot be driven.
+    fn refuse_driven_objects(&mut self, body: &Body, count: usize, path: &Path) {
+        let message = format!("only a body of one object is driven; its mesh file has {count}");
+        let key = if body.animation.is_some() { "animation" } else { "keyframes" };
+        self.wrong(&join(path, key), message);
     }
 
     /// Notes why the family that is asked for cannot break the shapes of a body.

@@ -22,6 +22,15 @@ pub(super) const LONGEST: f64 = 601.0;
 /// The distance of points over the longest side of a body's box: of a shell, of a solid \[1\].
 const SPACINGS: [f64; 2] = [1.0 / 40.0, 1.0 / 24.0];
 
+/// What the solver of a soft body stands for.
+struct SoftChoice {
+    law: SoftLaw,
+    /// The distance of its points over the longest side of its box, where the scene gives none.
+    share: f64,
+    /// How much coarser a draft is.
+    coarser: f64,
+}
+
 /// A body of a scene that moves as it deforms: a sheet, a soft shell or a soft solid.
 #[derive(Clone, Debug)]
 pub struct SceneMovingBody {
@@ -107,25 +116,7 @@ impl ResolveContext<'_> {
         let before = self.errors.len();
         let path = join(body, "dynamic");
         let material = &template.material;
-        let hardening = material.plasticity.map(|flow| flow.hardening);
-        let fidelity = self.fidelity;
-        let (law, share, coarser) = match template.solver.name() {
-            Some(family::SHELL) => {
-                let law = SoftLaw::Shell { hardening, breaks: template.breakable };
-                (law, SPACINGS[0], fidelity.coarser_surface())
-            }
-            Some(family::PERIDYNAMICS) => {
-                let breaks = material.bonds.breaks && template.breakable;
-                let bonds = BondedSolid { hardening, breaks, ..material.bonds };
-                (SoftLaw::Bonded(bonds), SPACINGS[1], fidelity.coarser_solid())
-            }
-            _ => {
-                let (shell, solid) = (family::SHELL, family::PERIDYNAMICS);
-                let message = format!("a dynamic body has `solver` \"{shell}\" or \"{solid}\"");
-                self.wrong(&join(body, "solver"), message);
-                return None;
-            }
-        };
+        let SoftChoice { law, share, coarser } = self.soft_law(template, body)?;
         if template.fixed {
             self.wrong(&join(body, "fixed"), "a dynamic body moves: a `grip` holds it");
         }
@@ -171,6 +162,30 @@ impl ResolveContext<'_> {
             two_way: written.coupling == Coupling::TwoWay,
             retire: written.retire,
         })
+    }
+
+    /// The law that the solver of a body stands for; that it stands for none is noted.
+    fn soft_law(&mut self, template: &BodyTemplate, body: &Path) -> Option<SoftChoice> {
+        let material = &template.material;
+        let hardening = material.plasticity.map(|flow| flow.hardening);
+        let fidelity = self.fidelity;
+        match template.solver.name() {
+            Some(family::SHELL) => {
+                let law = SoftLaw::Shell { hardening, breaks: template.breakable };
+                Some(SoftChoice { law, share: SPACINGS[0], coarser: fidelity.coarser_surface() })
+            }
+            Some(family::PERIDYNAMICS) => {
+                let breaks = material.bonds.breaks && template.breakable;
+                let law = SoftLaw::Bonded(BondedSolid { hardening, breaks, ..material.bonds });
+                Some(SoftChoice { law, share: SPACINGS[1], coarser: fidelity.coarser_solid() })
+            }
+            _ => {
+                let (shell, solid) = (family::SHELL, family::PERIDYNAMICS);
+                let message = format!("a dynamic body has `solver` \"{shell}\" or \"{solid}\"");
+                self.wrong(&join(body, "solver"), message);
+                None
+            }
+        }
     }
 
     fn soft_grip(&mut self, grip: &SoftGrip, origin: Vec3, path: &Path) -> Option<BodyGrip> {
