@@ -8,6 +8,7 @@ mod quad_cracks;
 mod quad_meshes;
 mod quad_surfaces;
 mod radials;
+mod soft;
 mod splits;
 mod statics;
 mod tear;

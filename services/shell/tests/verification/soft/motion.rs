@@ -1,6 +1,6 @@
 //! Motion: free fall, spin, bending under weight, bodies that bounce.
 
-use crate::harness::{
+use super::harness::{
     RUBBER, WHOLE, figure, free_ball, grip_x, places, prepare, setup, sheet, solve,
 };
 use cullet_geometry::{Quat, Vec3};

@@ -1,6 +1,6 @@
 //! Walls that are stretched, pressed and bent far: closed forms, and what yields.
 
-use crate::harness::{
+use super::harness::{
     RUBBER, WHOLE, figure, free_ball, grip_x, places, prepare, setup, sheet, solve,
 };
 use cullet_geometry::Vec3;

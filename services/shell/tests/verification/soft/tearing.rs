@@ -1,6 +1,6 @@
 //! Cuts and tears: what they cost, and that nothing holds across them.
 
-use crate::harness::{RUBBER, TEARS, WHOLE, figure, grip_x, places, prepare, setup, sheet, solve};
+use super::harness::{RUBBER, TEARS, WHOLE, figure, grip_x, places, prepare, setup, sheet, solve};
 use cullet_geometry::Vec3;
 use cullet_model::BodyCut;
 

@@ -1,7 +1,7 @@
 //! A window is a pure function: neither the cut into windows nor the number of threads changes a
 //! bit, and states of other shells are refused.
 
-use crate::harness::{RUBBER, TEARS, free_ball, grip_x, prepare, setup, sheet, solve};
+use super::harness::{RUBBER, TEARS, free_ball, grip_x, prepare, setup, sheet, solve};
 use cullet_geometry::Vec3;
 use cullet_model::{BodyCut, Continuum, ContinuumSetup, SoftBody, Window, WindowOutcome};
 use cullet_shell::SoftShellWindow;
@@ -101,7 +101,7 @@ fn states_of_other_shells_and_broken_ones_are_refused() {
     assert!(open(&prepared, &long, 50).unwrap_err().to_string().contains("goes on"));
     let mut foreign = torn();
     foreign.material.young *= 1.01;
-    let other = prepare(&crate::harness::setup(foreign, gravity()));
+    let other = prepare(&super::harness::setup(foreign, gravity()));
     let why = open(&other, &outcome.state, 50).unwrap_err().to_string();
     assert!(why.contains("another shell"), "{why}");
     // Whatever byte is turned, it is refused or taken, and does no harm.
