@@ -304,7 +304,7 @@ fn a_doctor_metrics_and_health_tell_of_a_coordinator() {
     assert!(get(&address, "/healthz").starts_with("HTTP/1.0 200"));
     assert!(get(&address, "/else").starts_with("HTTP/1.0 404"));
     let said = farm.ask(&["doctor", "--disk", "/"]);
-    for word in ["coordinator", "clocks", "versions", "solvers", "brittle"] {
+    for word in ["coordinator", "clocks", "versions", "geometric, membrane, soft-shell"] {
         assert!(said.stdout.contains(word), "{word}: {}", said.stdout);
     }
     assert!(said.stdout.contains("solves brittle single double"), "{}", said.stdout);

@@ -39,8 +39,9 @@ pub fn by_name(name: &str) -> Option<&'static SolverEntry> {
     FAMILIES.iter().find(|family| family.name == name)
 }
 
-/// Names of the families that a worker of this program solves.
+/// Names of the families that a worker of this program solves, those of moving bodies last.
 #[must_use]
 pub fn solvers() -> Vec<&'static str> {
-    FAMILIES.iter().map(|entry| entry.name).collect()
+    let hit = FAMILIES.iter().map(|entry| entry.name);
+    hit.chain(CONTINUA.iter().map(|entry| entry.name)).collect()
 }
