@@ -112,7 +112,7 @@ class Runs(unittest.TestCase):
             self.assertIn("<progress value=", page)
 
     def test_the_program_is_the_one_that_the_wheel_lists(self) -> None:
-        listed = [Path(str(file.locate())).resolve() for file in files("cullet") or [] if file.name == "cullet"]
+        listed = [Path(str(file.locate())).resolve() for file in files("cullet-sim") or [] if file.name == "cullet"]
         self.assertEqual([cullet.program().resolve()], listed)
         stranger = folder() / "cullet"
         stranger.write_text("#!/bin/sh\n")

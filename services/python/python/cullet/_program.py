@@ -8,6 +8,10 @@ from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 
 
+# What the wheel is called for an installer: `cullet` on the Python Package Index is another program.
+DISTRIBUTION = "cullet-sim"
+
+
 def program() -> Path:
     """The program `cullet` of this package: worker processes are started with it.
 
@@ -19,7 +23,7 @@ def program() -> Path:
     name = "cullet" + (sysconfig.get_config_var("EXE") or "")
     try:
         # What the installer says it laid down.
-        listed = [Path(str(entry.locate())) for entry in files("cullet") or [] if entry.name == name]
+        listed = [Path(str(entry.locate())) for entry in files(DISTRIBUTION) or [] if entry.name == name]
     except PackageNotFoundError:
         listed = []
     folders = [Path(sysconfig.get_path("scripts"))]
@@ -33,4 +37,4 @@ def program() -> Path:
         if candidate.is_file() and os.access(candidate, os.X_OK):
             return candidate
     places = ", ".join(str(candidate.parent) for candidate in candidates)
-    raise FileNotFoundError(f"there is no program {name} in {places}; install the wheel of cullet")
+    raise FileNotFoundError(f"there is no program {name} in {places}; install the wheel of {DISTRIBUTION}")
