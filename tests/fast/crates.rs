@@ -92,6 +92,7 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("bincode::", &["proto/src/codec.rs"]),
     ("zenoh::", &["services/pool/src", "services/worker/src/link"]),
     ("mcap::", &["services/record/src"]),
+    ("noto_sans_mono_bitmap", &["services/picture/src/letters.rs"]),
     ("hyper::", &["services/web/src"]),
     ("axum::", &["services/web/src"]),
     ("tungstenite::", &["services/web/src"]),

@@ -117,11 +117,11 @@ fn a_sheet_of_asked_moments_has_a_row_per_run_and_a_column_per_time() {
     for (_, text) in &runs {
         for time in [0.1, 0.45] {
             let mut picture = Reel::new(&track, &near, SIZE).draw(time);
-            picture.caption(&format!("{text}  {}", caption(&track, time)), 1);
+            picture.caption(&format!("{text}  {}", caption(&track, time)), Typeface::SMALL);
             due.push(picture);
         }
         let mut over = Picture::filled(SIZE.0, SIZE.1, BEHIND);
-        over.caption(&format!("{text}  ends at 1.000 s"), 1);
+        over.caption(&format!("{text}  ends at 1.000 s"), Typeface::SMALL);
         due.push(over);
     }
     let due = sheet_of(&due, 3);

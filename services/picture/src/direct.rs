@@ -1,6 +1,9 @@
 //! Where to look and when: found from what breaks.
 
 use super::camera::Camera;
+use super::glimpse::take_glimpse;
+use super::moments::RunOutline;
+use super::sheets::SheetActor;
 use super::stage::Focus;
 use super::track::{Actor, Track, vector};
 use cullet_geometry::Vec3;
@@ -10,14 +13,22 @@ use std::collections::{BTreeMap, BTreeSet};
 const LEAD: f64 = 0.25;
 /// Simulated time shown after the last break \[s\].
 const TAIL: f64 = 1.6;
-/// Exponent of the moments after the break: most happens early.
-const CROWDING: f64 = 2.1;
+/// Moments of a contact sheet.
+pub(super) const MOMENTS: usize = 8;
+/// Parts of the time worth showing, at whose ends it is looked what is in view.
+const GLIMPSES: u32 = 120;
 /// Bodies larger than this many times the action are a stage, not actors.
 const STAGE: f64 = 4.0;
 
-/// When the first thing breaks, or what comes closest to it \[s\].
+/// When the first thing breaks, dents or comes apart, or what comes closest to it \[s\].
 pub(super) fn climax(track: &Track) -> Option<f64> {
-    track.breaks.first().map(|b| b.0).or_else(|| track.strikes.first().map(|s| s.0))
+    let first = list_breaks(track).reduce(f64::min);
+    first.or_else(|| track.strikes.first().map(|s| s.0))
+}
+
+/// When bodies and joints break \[s\].
+fn list_breaks(track: &Track) -> impl Iterator<Item = f64> {
+    track.breaks.iter().map(|broken| broken.0).chain(track.parted.iter().copied())
 }
 
 /// Share of the debris, along each axis, that may be out of the picture.
@@ -32,7 +43,7 @@ pub(super) fn window(track: &Track) -> (f64, f64) {
     let (mut start, mut end) = (0.0, track.end);
     // What moves as it deforms is worth it all the time.
     if let Some(first) = climax(track).filter(|_| track.sheets.is_empty()) {
-        let last = track.breaks.last().map_or(first, |b| b.0);
+        let last = list_breaks(track).fold(first, f64::max);
         (start, end) = ((first - LEAD).max(0.0), (last + TAIL).min(track.end));
     }
     let [first, last] = track.wanted;
@@ -40,21 +51,28 @@ pub(super) fn window(track: &Track) -> (f64, f64) {
     (first.unwrap_or(start).clamp(0.0, end), end)
 }
 
-/// Eight moments: before, the last step before the break, and six after it. Where sheets move and
-/// no rigid body breaks, all at equal distances.
+/// What moments of a run are chosen by, as far as it does not hang on where it is seen from.
+fn outline_unseen_run(track: &Track) -> RunOutline {
+    let is_even = !track.sheets.is_empty() && list_breaks(track).next().is_none();
+    let torn = track.sheets.iter().filter_map(SheetActor::find_first_tear).reduce(f64::min);
+    let (window, step) = (window(track), track.step);
+    let blow = if is_even { torn } else { climax(track).into_iter().chain(torn).reduce(f64::min) };
+    let has_end = track.wanted[1].is_some();
+    RunOutline { window, blow, step, is_even, has_end, glimpses: Vec::new() }
+}
+
+/// What moments of a run are chosen by, seen by a camera in a picture of a size.
+pub(super) fn outline_run(track: &Track, view: (&Camera, (usize, usize))) -> RunOutline {
+    let blind = outline_unseen_run(track);
+    let (start, end) = blind.window;
+    let time = |k: u32| start + (end - start) * f64::from(k) / f64::from(GLIMPSES);
+    let glimpses = (0..=GLIMPSES).map(|k| take_glimpse(track, view, time(k))).collect();
+    RunOutline { glimpses, ..blind }
+}
+
+/// The moments that a camera has to take in.
 pub(super) fn moments(track: &Track) -> Vec<f64> {
-    let (start, end) = window(track);
-    let first = climax(track).filter(|first| (start..end).contains(first));
-    let Some(first) = first.filter(|_| track.sheets.is_empty() || !track.breaks.is_empty()) else {
-        return (0..8).map(|k| start + (end - start) * f64::from(k) / 7.0).collect();
-    };
-    let mut moments = vec![start.max(first - 0.12), (first - 0.51 * track.step).max(0.0)];
-    for k in 1..=6 {
-        let share = libm::pow(f64::from(k) / 6.0, CROWDING);
-        // The first picture after the break shows at least one step of it.
-        moments.push((first + (end - first) * share).max(first + 1.01 * track.step).min(track.end));
-    }
-    moments
+    outline_unseen_run(track).choose_moments(MOMENTS)
 }
 
 /// The objects that break or dent, or all that move where none does.

@@ -1,6 +1,7 @@
 //! A picture of solids that are in no recording: for galleries.
 
 use super::camera::Camera;
+use super::letters::Typeface;
 use super::picture::Picture;
 use super::reel::Reel;
 use super::stage::Focus;
@@ -8,6 +9,9 @@ use super::track::{Actor, Mesh, Track};
 use cullet_geometry::{Pose, Solid, Vec3};
 use cullet_record::palette;
 use std::sync::Arc;
+
+/// Height of the caption's line.
+const CAPTION: usize = 20;
 
 /// Draws solids where they are put, in the colours of a material, with z upward, standing on a
 /// floor at the lowest of them; seen along `forward`.
@@ -45,6 +49,6 @@ pub fn exhibit(
         floor: Some(low.z),
     };
     let mut picture = Reel::new(&track, &focus, size).draw(0.0);
-    picture.caption(caption, 2);
+    picture.caption(caption, Typeface::of_height(CAPTION));
     picture
 }

@@ -10,9 +10,11 @@ mod corners;
 mod direct;
 mod exhibit;
 mod film;
-mod font;
+mod glimpse;
+mod letters;
 mod light;
 mod moment;
+mod moments;
 mod occlusion;
 mod picture;
 pub mod points;
@@ -29,9 +31,11 @@ mod tests;
 mod track;
 
 pub use exhibit::exhibit;
+pub use letters::Typeface;
 pub use picture::Picture;
 
 use cullet_record::{FragmentOrigin, RecordError, Recording, Shares};
+use direct::MOMENTS;
 use reel::Reel;
 use stage::Focus;
 use std::path::{Path, PathBuf};
@@ -43,6 +47,9 @@ const SIZE: (usize, usize) = (480, 320);
 const COLUMNS: usize = 4;
 /// Pixels between moments.
 const GAP: usize = 6;
+/// Height of the lines of captions on a contact sheet, at most, and on a film.
+const SHEET_LETTERS: usize = 24;
+const FILM_LETTERS: usize = 16;
 /// Behind the pictures of a sheet, and in the place of one that is not there.
 const BEHIND: [u8; 3] = [28, 30, 34];
 /// Frames a second.
@@ -123,7 +130,8 @@ pub fn sheet(recording: &Path, file: &Path) -> Result<(), RecordError> {
     let recording = Recording::open(recording)?;
     let track = Track::of(&recording);
     let focus = direct::focus(&track, &recording.meta, SIZE);
-    contact_sheet(&draw_all(&track, &focus, &direct::moments(&track), SIZE, 2)).save(file)
+    let moments = direct::outline_run(&track, (&focus.camera, SIZE)).choose_moments(MOMENTS);
+    contact_sheet(&draw_all(&track, &focus, &moments, SIZE, SHEET_LETTERS)).save(file)
 }
 
 fn draw(
@@ -134,9 +142,11 @@ fn draw(
     let track = Track::of(recording);
     let pictures = Pictures { sheet: folder.join("preview.png"), film: folder.join("preview.gif") };
     let focus = focus(&track, recording, (framing, size))?;
-    let moments = direct::moments(&track);
-    let sheet = contact_sheet(&draw_all(&track, &focus, &moments, size, 2)).save(&pictures.sheet);
-    let frames = draw_all(&track, &focus, &film_times(&track), size, 1);
+    let outline = direct::outline_run(&track, (&focus.camera, size));
+    let drawn = draw_all(&track, &focus, &outline.choose_moments(MOMENTS), size, SHEET_LETTERS);
+    let sheet = contact_sheet(&drawn).save(&pictures.sheet);
+    let times = film_times(outline.find_shown_span());
+    let frames = draw_all(&track, &focus, &times, size, FILM_LETTERS);
     film::gif(&frames, FPS, &pictures.film)?;
     sheet.map(|()| pictures)
 }
@@ -190,7 +200,10 @@ pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, Recor
         focus = direct::close(&track, &focus, body, (time, wanted.size));
     }
     let mut picture = Reel::fine(&track, &focus, wanted.size).draw(time);
-    picture.caption(&caption(&track, time), wanted.size.0.div_ceil(SIZE.0).min(4));
+    let (text, width) = (caption(&track, time), wanted.size.0);
+    let largest = FILM_LETTERS * width.div_ceil(SIZE.0);
+    let face = Picture::choose_face(largest, std::slice::from_ref(&text), width);
+    picture.caption(&text, face);
     picture.save(file)?;
     Ok(time)
 }
@@ -225,12 +238,12 @@ pub fn side_by_side(
         let mut place = |time: f64| {
             if time > track.end + track.step {
                 let mut picture = Picture::filled(SIZE.0, SIZE.1, BEHIND);
-                picture.caption(&format!("{text}  ends at {:.3} s", track.end), 1);
+                picture.caption(&format!("{text}  ends at {:.3} s", track.end), Typeface::SMALL);
                 return picture;
             }
             let time = time.clamp(0.0, track.end);
             let mut picture = reel.draw(time);
-            picture.caption(&format!("{text}  {}", caption(&track, time)), 1);
+            picture.caption(&format!("{text}  {}", caption(&track, time)), Typeface::SMALL);
             picture
         };
         // At their ends what broke may have flown out of all pictures.
@@ -262,9 +275,8 @@ fn sheet_of(pictures: &[Picture], columns: usize) -> Picture {
     sheet
 }
 
-/// When the frames of the film are.
-fn film_times(track: &Track) -> Vec<f64> {
-    let (start, end) = direct::window(track);
+/// When the frames of a film of a span of time are.
+fn film_times((start, end): (f64, f64)) -> Vec<f64> {
     let shown = (end - start).max(0.0);
     let play = (shown / SLOWEST).clamp(0.1, LONGEST);
     let count = (play * FPS).round().max(2.0) as u32;
@@ -272,20 +284,23 @@ fn film_times(track: &Track) -> Vec<f64> {
     (0..count).map(time).collect()
 }
 
-/// Draws moments, each on whatever thread is free: none depends on another.
+/// Draws moments, each on whatever thread is free: none depends on another. The letters of their
+/// captions are equally large, and their lines at most so high.
 fn draw_all(
     track: &Track,
     focus: &Focus,
     times: &[f64],
     size: (usize, usize),
-    zoom: usize,
+    largest: usize,
 ) -> Vec<Picture> {
+    let captions: Vec<String> = times.iter().map(|&time| caption(track, time)).collect();
+    let face = Picture::choose_face(largest, &captions, size.0);
     let cores = std::thread::available_parallelism().map_or(1, usize::from).min(THREADS);
     let some = |times: &[f64]| {
         let mut reel = Reel::new(track, focus, size);
         let one = |&time: &f64| {
             let mut picture = reel.draw(time);
-            picture.caption(&caption(track, time), zoom);
+            picture.caption(&caption(track, time), face);
             picture
         };
         times.iter().map(one).collect::<Vec<_>>()

@@ -1,6 +1,6 @@
 //! A picture, its captions, and PNG files of it.
 
-use super::font;
+use super::letters::Typeface;
 use cullet_record::RecordError;
 use std::path::{Path, PathBuf};
 
@@ -40,36 +40,52 @@ impl Picture {
         }
     }
 
-    /// Writes a line in the lower left corner on a darkened strip.
-    /// Letters are `zoom` times as large as they are, or as much as there is room for.
-    pub(super) fn caption(&mut self, text: &str, zoom: usize) {
-        let room = self.width / (font::width(text) + 4);
-        let zoom = zoom.min(room).max(1);
-        let strip = font::HEIGHT * zoom + 3 * zoom;
+    /// Mixes a colour into a pixel, by a share \[1\]; one outside is left alone.
+    fn mix(&mut self, (x, y): (usize, usize), colour: [u8; 3], share: f64) {
+        if x < self.width && y < self.height {
+            let at = 3 * (y * self.width + x);
+            for (old, new) in self.rgb[at..at + 3].iter_mut().zip(colour) {
+                *old = (f64::from(*old) + share * (f64::from(new) - f64::from(*old))).round() as u8;
+            }
+        }
+    }
+
+    /// Letters for captions of so many pictures of this width, no larger than wanted: the largest
+    /// in which each caption is one line.
+    pub(super) fn choose_face(largest: usize, captions: &[String], width: usize) -> Typeface {
+        let largest = Typeface::of_height(largest);
+        largest.fit_lines(captions, width.saturating_sub(2 * margin(largest)))
+    }
+
+    /// Writes a caption in the lower left corner on a darkened strip, in as many lines as it takes.
+    pub(super) fn caption(&mut self, text: &str, face: Typeface) {
+        let margin = margin(face);
+        let lines = face.wrap_text(text, self.width.saturating_sub(2 * margin));
+        let strip = face.line_height() * lines.len() + margin;
         let top = self.height.saturating_sub(strip);
-        let end = (font::width(text) + 4) * zoom;
+        let longest = lines.iter().map(|line| face.text_width(line)).max().unwrap_or(0);
+        let end = (longest + 2 * margin).min(self.width);
         for y in top..self.height {
-            for x in 0..end.min(self.width) {
+            for x in 0..end {
                 let at = 3 * (y * self.width + x);
                 self.rgb[at..at + 3].iter_mut().for_each(|c| *c = (u16::from(*c) * 2 / 5) as u8);
             }
         }
-        self.write(text, zoom, (2 * zoom, top + 3 * zoom / 2), [245, 245, 240]);
+        for (k, line) in lines.iter().enumerate() {
+            let place = (margin, top + margin / 2 + k * face.line_height());
+            self.write(line, face, place, [245, 245, 240]);
+        }
     }
 
     /// Writes a line whose upper left corner is there.
     pub(super) fn write(
         &mut self,
-        text: &str,
-        zoom: usize,
+        line: &str,
+        face: Typeface,
         (left, top): (usize, usize),
         colour: [u8; 3],
     ) {
-        font::dots(text, |x, y| {
-            for k in 0..zoom * zoom {
-                self.set(left + x * zoom + k % zoom, top + y * zoom + k / zoom, colour);
-            }
-        });
+        face.draw_line(line, |x, y, share| self.mix((left + x, top + y), colour, share));
     }
 
     /// Writes a PNG file: first beside its name, then under it.
@@ -91,6 +107,11 @@ impl Picture {
         writer.finish().map_err(fail)?;
         place(path, &bytes)
     }
+}
+
+/// What is left free around a caption \[pixels\].
+fn margin(face: Typeface) -> usize {
+    face.line_height() / 4
 }
 
 /// Writes a file first beside its name, then under it, and leaves nothing of one that fails.

@@ -1,8 +1,9 @@
 //! Points coloured by a number: four moments side by side, the last one last.
 
 use super::camera::Camera;
+use super::letters::Typeface;
 use super::picture::Picture;
-use super::{contact_sheet, font, raster::ScreenCorner};
+use super::{contact_sheet, raster::ScreenCorner};
 use cullet_geometry::Vec3;
 use cullet_proto::specimen::Frame;
 pub use cullet_record::scale::{colour, range};
@@ -15,8 +16,10 @@ const MOMENTS: usize = 4;
 const GROUND: [u8; 3] = [246, 246, 243];
 /// Letters of the scale.
 const INK: [u8; 3] = [70, 72, 76];
+/// Height of a caption's line.
+const CAPTION: usize = 20;
 /// Height of the strip that it stands in.
-const STRIP: usize = 13;
+const STRIP: usize = 20;
 /// Pixels that its colours take.
 const BAR: usize = 120;
 /// An extent below this share of the next is seen face on \[1\].
@@ -38,7 +41,7 @@ pub fn sheet(frames: &[Frame], what: &str) -> Picture {
         .map(|frame| {
             let mut picture = draw(frame, &camera, size, span);
             scale(&mut picture, span, what);
-            picture.caption(&format!("{:.3e} s", frame.time), 2);
+            picture.caption(&format!("{:.3e} s", frame.time), Typeface::of_height(CAPTION));
             picture
         })
         .collect();
@@ -47,11 +50,12 @@ pub fn sheet(frames: &[Frame], what: &str) -> Picture {
 
 /// The colours from the least value of all moments to the greatest, along the upper edge.
 fn scale(picture: &mut Picture, (low, high): (f32, f32), what: &str) {
-    let top = (STRIP - font::HEIGHT) / 2;
+    let face = Typeface::SMALL;
+    let top = (STRIP - face.line_height()) / 2;
     let mut left = STRIP / 2;
     let mut write = |picture: &mut Picture, text: &str| {
-        picture.write(text, 1, (left, top), INK);
-        left += font::width(text) + STRIP / 2;
+        picture.write(text, face, (left, top), INK);
+        left += face.text_width(text) + STRIP / 2;
         left
     };
     write(picture, what);
@@ -62,10 +66,10 @@ fn scale(picture: &mut Picture, (low, high): (f32, f32), what: &str) {
     for x in 0..BAR {
         let value = low + (high - low) * x as f32 / (BAR - 1) as f32;
         let rgb = colour(value, (low, high));
-        (0..font::HEIGHT).for_each(|y| picture.set(bar + x, top + y, rgb));
+        (0..face.line_height()).for_each(|y| picture.set(bar + x, top + y, rgb));
     }
     let end = bar + BAR + STRIP / 2;
-    picture.write(&format!("{high:.2e}"), 1, (end, top), INK);
+    picture.write(&format!("{high:.2e}"), face, (end, top), INK);
 }
 
 fn place(point: &[f32; 4]) -> Vec3 {

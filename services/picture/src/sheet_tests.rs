@@ -188,7 +188,10 @@ fn a_still_shows_half_of_the_tear() {
     assert!((half..half + 1.1 * waving::EVERY as f64 * STEP).contains(&shown), "{shown} s");
     assert_eq!(direct::window(&track), (0.0, track.end));
     let moments = direct::moments(&track);
-    assert!((moments[4] - track.end * 4.0 / 7.0).abs() < 1e-9, "{moments:?}");
+    let even = |k: usize| (moments[k] - track.end * k as f64 / 7.0).abs() < 1e-9;
+    assert!([0, 1, 2, 3, 5, 6, 7].into_iter().all(even), "{moments:?}");
+    let late = moments[4] - tears - waving::EVERY as f64 * STEP;
+    assert!((0.0..2.0 * STEP).contains(&late), "just after the first tear: {moments:?}");
     let (before, after) = (caption(&track, tears - 0.01), caption(&track, tears + 0.1));
     assert_eq!((&before[..], &after[..]), ("0.490 s", "0.600 s  in 2 pieces"));
 }
@@ -206,6 +209,11 @@ fn a_still_shows_its_pieces_or_its_farthest_way_where_nothing_tears() {
     let due = (waving::TEARS + waving::EVERY) as f64 * STEP;
     let shown = moment::shown(&Track::of(&recording));
     assert!((shown - due).abs() < 1e-9, "{shown} s: the window after it came apart");
+    let first_tear = |recording: &Recording| Track::of(recording).sheets[0].find_first_tear();
+    assert!(first_tear(&recording).is_some_and(|time| (time - due).abs() < 1e-9));
+    let parts = recording.windows.last().expect("a window").pieces.clone();
+    recording.windows.iter_mut().for_each(|window| window.pieces.clone_from(&parts));
+    assert_eq!(first_tear(&recording), None, "what is in parts from the start does not tear");
     recording.windows.clear();
     // It swings out and back.
     for frame in &mut recording.sheet_frames {

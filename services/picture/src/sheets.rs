@@ -155,6 +155,14 @@ impl SheetActor {
         self.told(time).map_or(0.0, |told| told.torn)
     }
 
+    /// When the first window ends in which it tears or comes apart \[s\]. What was cut as it began
+    /// is none.
+    pub(super) fn find_first_tear(&self) -> Option<f64> {
+        let whole = self.told.first()?;
+        let tears = |told: &&SheetTold| told.torn > whole.torn || told.pieces > whole.pieces;
+        self.told.iter().find(tears).map(|told| told.time)
+    }
+
     /// When its windows end \[s\].
     pub(super) fn windows(&self) -> impl Iterator<Item = f64> {
         self.told.iter().map(|told| told.time)

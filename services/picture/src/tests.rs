@@ -1,7 +1,9 @@
 //! Pictures of a run made by hand.
 
 use super::*;
-use cullet_proto::recording::NewShape;
+use camera::Camera;
+use cullet_geometry::Vec3;
+use cullet_proto::recording::{EventKind, NewShape};
 use cullet_proto::specimen::Frame;
 use cullet_record::{palette, synthetic};
 
@@ -44,7 +46,7 @@ fn recordings_side_by_side_are_shown_soon_after_they_break() {
     assert!(time < track.end, "{time}");
     let focus = direct::focus(&track, &recording.meta, SIZE);
     let mut picture = Reel::new(&track, &focus, SIZE).draw(time);
-    picture.caption(&format!("seed=1  {}", caption(&track, time)), 1);
+    picture.caption(&format!("seed=1  {}", caption(&track, time)), Typeface::SMALL);
     let due = dir.path().join("due.png");
     contact_sheet(&[picture.clone(), picture]).save(&due).expect("writes");
     assert!(std::fs::read(file).expect("reads") == std::fs::read(due).expect("reads"));
@@ -276,6 +278,42 @@ fn the_moments_show_a_dent() {
     assert!(moments[1] < 0.6 && moments[2] > 0.6, "{moments:?}");
     let dented = track.actors.iter().filter(|actor| actor.deformed).map(|actor| actor.id);
     assert_eq!(dented.collect::<Vec<_>>(), [1, 1], "before and after");
+}
+
+/// Where joints break and no body does, the first of them is the first blow.
+#[test]
+fn the_moments_show_the_break_of_a_joint() {
+    let dir = tempfile::tempdir().expect("folder");
+    let mut recording = recorded(dir.path());
+    recording.bodies.retain(|body| body.parent.is_none());
+    let mut broken = recording.events[0].clone();
+    recording.events.clear();
+    (broken.kind, broken.body, broken.time) = (EventKind::JointBroken as i32, None, 0.2);
+    recording.events.push(broken);
+    let track = Track::of(&recording);
+    assert_eq!(direct::climax(&track), Some(0.2));
+    let moments = direct::moments(&track);
+    assert!(moments[1] > 0.2 - track.step && moments[1] < 0.2, "{moments:?}");
+    assert!(moments[2] > 0.2 && moments[2] < 0.25, "{moments:?}");
+}
+
+/// The cube falls out of a close view: the sheet and the film show it while it is there.
+#[test]
+fn no_moment_is_empty_where_bodies_leave_the_view() {
+    let dir = tempfile::tempdir().expect("folder");
+    let track = Track::of(&recorded(dir.path()));
+    let cube = track.actors.iter().find(|actor| actor.id == 1).expect("the cube");
+    let place = cube.at(0.0).expect("it is there").translation.vector;
+    let camera = Camera::look((place + Vec3::y() * 2.0, place), track.up, 20.0, SMALL);
+    let view = (&camera, SMALL);
+    let shown = |time: f64| glimpse::take_glimpse(&track, view, time).in_view;
+    assert!(shown(0.0) > 0.01 && shown(track.end) == 0.0, "it falls out of the view");
+    let outline = direct::outline_run(&track, view);
+    let moments = outline.choose_moments(direct::MOMENTS);
+    assert_eq!(moments.len(), 8);
+    assert!(moments.is_sorted() && moments.iter().all(|&time| shown(time) > 0.0), "{moments:?}");
+    let (start, end) = outline.find_shown_span();
+    assert!(shown(start) > 0.0 && shown(end) > 0.0 && end < 0.9, "{start} to {end}");
 }
 
 #[test]

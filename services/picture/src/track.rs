@@ -73,6 +73,8 @@ pub(super) struct Track {
     pub(super) looks: Vec<Actor>,
     /// When a body broke or took a new shape \[s\], in order, and which.
     pub(super) breaks: Vec<(f64, u64)>,
+    /// When a joint broke \[s\], in order.
+    pub(super) parted: Vec<f64>,
     /// What was struck by what, in order.
     pub(super) strikes: Vec<(f64, u64, u64)>,
     /// Time step \[s\].
@@ -251,6 +253,7 @@ impl Track {
             sheets: Vec::new(),
             looks: Vec::new(),
             breaks: Vec::new(),
+            parted: Vec::new(),
             strikes: Vec::new(),
             step,
             end: 0.0,
@@ -328,6 +331,9 @@ impl Track {
     fn happen(&mut self, recording: &Recording, index: &BTreeMap<u64, usize>) {
         for event in &recording.events {
             self.end = self.end.max(event.time);
+            if event.kind() == EventKind::JointBroken {
+                self.parted.push(event.time);
+            }
             let Some(&actor) = event.body.and_then(|id| index.get(&id)) else {
                 continue;
             };

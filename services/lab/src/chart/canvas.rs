@@ -1,16 +1,11 @@
-//! Pixels that the drawing library draws on. Letters come ready as pictures: no font of the machine
-//! is asked, so that a chart is the same everywhere.
+//! Pixels that the drawing library draws on, with the letters of pictures.
 
-use cullet_picture::Picture;
-use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
+use cullet_picture::{Picture, Typeface};
 use plotters_backend::text_anchor::{HPos, VPos};
 use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind,
 };
 use std::convert::Infallible;
-
-/// What is shown for a letter that there is no picture of.
-const UNKNOWN: char = '?';
 
 /// A picture to draw on.
 pub(super) struct Canvas<'a> {
@@ -114,10 +109,8 @@ impl DrawingBackend for Canvas<'_> {
     }
 
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Drawn {
-        let (height, weight) = face(style.size());
-        let advance = get_raster_width(weight, height) as i32;
-        let width = advance * text.chars().count() as i32;
-        let tall = height.val() as i32;
+        let face = face(style.size());
+        let (width, tall) = (face.text_width(text) as i32, face.line_height() as i32);
         let anchor = style.anchor();
         let left = match anchor.h_pos {
             HPos::Left => 0,
@@ -130,20 +123,10 @@ impl DrawingBackend for Canvas<'_> {
             VPos::Bottom => -tall,
         };
         let turn = style.transform();
-        for (k, letter) in text.chars().enumerate() {
-            let raster = get_raster(letter, weight, height);
-            let Some(raster) = raster.or_else(|| get_raster(UNKNOWN, weight, height)) else {
-                continue;
-            };
-            for (row, bytes) in raster.rows().enumerate() {
-                for (column, byte) in bytes.iter().enumerate().filter(|(_, byte)| **byte > 0) {
-                    let x = left + advance * k as i32 + column as i32;
-                    let (x, y) = turn.transform(x, top + row as i32);
-                    let colour = style.color().mix(f64::from(*byte) / 255.0);
-                    self.mix((at.0 + x, at.1 + y), colour);
-                }
-            }
-        }
+        face.draw_line(text, |x, y, share| {
+            let (x, y) = turn.transform(left + x as i32, top + y as i32);
+            self.mix((at.0 + x, at.1 + y), style.color().mix(share));
+        });
         Ok(())
     }
 
@@ -152,19 +135,18 @@ impl DrawingBackend for Canvas<'_> {
         text: &str,
         style: &S,
     ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
-        let (height, weight) = face(style.size());
-        let width = get_raster_width(weight, height) * text.chars().count();
-        Ok((width as u32, height.val() as u32))
+        let face = face(style.size());
+        Ok((face.text_width(text) as u32, face.line_height() as u32))
     }
 }
 
-/// The pictures of letters that are nearest to a size; a title is bold.
-fn face(size: f64) -> (RasterHeight, FontWeight) {
+/// The letters that are nearest to a size; a title is bold.
+fn face(size: f64) -> Typeface {
     if size < 18.0 {
-        (RasterHeight::Size16, FontWeight::Regular)
+        Typeface::SMALL
     } else if size < 22.0 {
-        (RasterHeight::Size20, FontWeight::Regular)
+        Typeface::of_height(20)
     } else {
-        (RasterHeight::Size24, FontWeight::Bold)
+        Typeface::TITLE
     }
 }
