@@ -1,5 +1,8 @@
 //! The suites that hold the whole to its word live beside this; this library is where they meet.
 
+pub mod house;
+pub mod reach;
+
 use std::path::{Path, PathBuf};
 
 /// The root of the checkout.

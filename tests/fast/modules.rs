@@ -5,6 +5,7 @@
 //! of a child, in a `use` or elsewhere. A public re-export is followed to where the item is, and is
 //! itself no edge to a child. Tests, comments and literals are left out.
 
+use crate::source::{product, without_literals};
 use cullet_tests::{files, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -16,101 +17,9 @@ const KNOWN: &str = include_str!("circles.txt");
 /// The path of a module below its crate, or of an item below its module.
 type Path = Vec<String>;
 
-/// What a stretch of Rust is.
-#[derive(Clone, Copy, PartialEq)]
-enum Stretch {
-    Code,
-    Comment,
-    Literal,
-}
-
-/// What a text of Rust begins with, and how many bytes of it.
-fn first_stretch(text: &str) -> (Stretch, usize) {
-    let past = |from: usize, end: &str| {
-        text[from..].find(end).map_or(text.len(), |at| from + at + end.len())
-    };
-    if text.starts_with("//") {
-        return (Stretch::Comment, text.find('\n').unwrap_or(text.len()));
-    }
-    if text.starts_with("/*") {
-        return (Stretch::Comment, past(2, "*/"));
-    }
-    let raw = text.strip_prefix('r').map_or("", |rest| rest.trim_start_matches('#'));
-    if raw.starts_with('"') {
-        let hashes = text.len() - raw.len() - 1;
-        return (Stretch::Literal, past(hashes + 2, &format!("\"{}", "#".repeat(hashes))));
-    }
-    let mut following = text.chars();
-    let quote = following.next().unwrap_or_default();
-    let (second, third) = (following.next(), following.next());
-    // A tick that no tick follows, one character on, begins a lifetime.
-    let letter = quote == '\'' && (second == Some('\\') || third == Some('\''));
-    if quote != '"' && !letter {
-        return (Stretch::Code, quote.len_utf8());
-    }
-    let mut escaped = false;
-    let end = text.char_indices().skip(1).find(|&(_, c)| {
-        let ends = c == quote && !escaped;
-        escaped = c == '\\' && !escaped;
-        ends
-    });
-    (Stretch::Literal, end.map_or(text.len(), |(at, _)| at + 1))
-}
-
-/// The text with stretches of these kinds blank, each other byte where it was.
-fn blank(text: &str, kinds: &[Stretch]) -> String {
-    let (mut code, mut rest) = (String::with_capacity(text.len()), text);
-    while !rest.is_empty() {
-        let (kind, length) = first_stretch(rest);
-        let (stretch, after) = rest.split_at(length);
-        if kinds.contains(&kind) {
-            code.extend(stretch.bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }));
-        } else {
-            code += stretch;
-        }
-        rest = after;
-    }
-    code
-}
-
-/// Where the item, the field or the statement ends that a text without literals begins with.
-fn item_end(shape: &str) -> usize {
-    let (mut depth, mut angle, mut before) = (0, 0, ' ');
-    for (at, c) in shape.char_indices() {
-        match c {
-            '(' | '[' | '{' => depth += 1,
-            ')' | ']' | '}' if depth == 0 => return at,
-            ')' | ']' | '}' => depth -= 1,
-            '<' => angle += 1,
-            '>' if !"-=".contains(before) => angle -= 1,
-            _ => {}
-        }
-        let ends = c == '}' || c == ';' || c == ',' && angle == 0;
-        if depth == 0 && ends {
-            return at + 1;
-        }
-        before = c;
-    }
-    shape.len()
-}
-
-/// The code without what is there for tests only and without comments, line by line as it was.
-fn product(text: &str) -> String {
-    let code = blank(text, &[Stretch::Comment]);
-    let shape = blank(text, &[Stretch::Comment, Stretch::Literal]);
-    let (mut kept, mut at) = (String::new(), 0);
-    while let Some(start) = shape[at..].find("#[cfg(test)]").map(|found| at + found) {
-        let end = start + item_end(&shape[start..]);
-        kept += &code[at..start];
-        kept.extend(code[start..end].chars().filter(|&c| c == '\n'));
-        at = end;
-    }
-    kept + &code[at..]
-}
-
 /// What is looked at of a file: its code, without comments, literals and tests.
 fn bare(text: &str) -> String {
-    blank(&product(text), &[Stretch::Literal])
+    without_literals(&product(text))
 }
 
 /// The modules of a crate and what is looked at of each.
