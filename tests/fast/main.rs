@@ -9,6 +9,7 @@ mod modules;
 mod names;
 mod plates;
 mod purity;
+mod reach;
 mod sizes;
 mod source;
 mod tree;

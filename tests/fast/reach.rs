@@ -1,7 +1,6 @@
 //! What a change can reach: each kind of change once, and that the scenes which stand for the
 //! families are tests that exist.
 
-use cullet_tests::house::MAY_USE;
 use cullet_tests::reach::{Reach, SCENES};
 use cullet_tests::{files, root};
 use std::fs;
@@ -59,15 +58,6 @@ fn a_scene_that_changed_is_run() {
     let reach = of(&["scenes/two-sources/scene.toml"]);
     assert!(reach.tests().contains("|two_sources)"), "{}", reach.tests());
     assert!(reach.folders_of_scenes().contains(&"two-sources".to_owned()));
-}
-
-#[test]
-fn every_crate_is_in_the_table() {
-    for manifest in files(&root().join("services"), &["Cargo.toml"]) {
-        let folder = manifest.parent().and_then(|at| at.strip_prefix(root()).ok()).expect("below");
-        let known = MAY_USE.iter().any(|(name, _)| folder.to_str() == Some(*name));
-        assert!(known, "{} is not in the table of who may use whom", folder.display());
-    }
 }
 
 #[test]
