@@ -8,9 +8,9 @@ default:
 build:
     cargo build --release
 
-# Run the fast tests
+# Run the fast tests and the smoke suite
 fast:
-    cargo test --release --workspace --lib --bins --test fast
+    cargo test --locked --release --workspace --lib --bins --test fast --test smoke
 
 # Run all tests: fast, farm, verification, and the programs in the documentation
 test:
@@ -28,3 +28,7 @@ doc:
 # Do what CI does before a change lands
 ci:
     .ci/run
+
+# Do everything that CI can do
+full:
+    .ci/full
