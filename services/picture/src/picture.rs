@@ -54,12 +54,12 @@ impl Picture {
     /// in which each caption is one line.
     pub(super) fn choose_face(largest: usize, captions: &[String], width: usize) -> Typeface {
         let largest = Typeface::of_height(largest);
-        largest.fit_lines(captions, width.saturating_sub(2 * margin(largest)))
+        largest.fit_lines(captions, width.saturating_sub(2 * choose_margin(largest)))
     }
 
     /// Writes a caption in the lower left corner on a darkened strip, in as many lines as it takes.
     pub(super) fn caption(&mut self, text: &str, face: Typeface) {
-        let margin = margin(face);
+        let margin = choose_margin(face);
         let lines = face.wrap_text(text, self.width.saturating_sub(2 * margin));
         let strip = face.line_height() * lines.len() + margin;
         let top = self.height.saturating_sub(strip);
@@ -110,7 +110,7 @@ impl Picture {
 }
 
 /// What is left free around a caption \[pixels\].
-fn margin(face: Typeface) -> usize {
+fn choose_margin(face: Typeface) -> usize {
     face.line_height() / 4
 }
 

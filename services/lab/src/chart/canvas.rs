@@ -109,7 +109,7 @@ impl DrawingBackend for Canvas<'_> {
     }
 
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Drawn {
-        let face = face(style.size());
+        let face = choose_face(style.size());
         let (width, tall) = (face.text_width(text) as i32, face.line_height() as i32);
         let anchor = style.anchor();
         let left = match anchor.h_pos {
@@ -135,13 +135,13 @@ impl DrawingBackend for Canvas<'_> {
         text: &str,
         style: &S,
     ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
-        let face = face(style.size());
+        let face = choose_face(style.size());
         Ok((face.text_width(text) as u32, face.line_height() as u32))
     }
 }
 
 /// The letters that are nearest to a size; a title is bold.
-fn face(size: f64) -> Typeface {
+fn choose_face(size: f64) -> Typeface {
     if size < 18.0 {
         Typeface::SMALL
     } else if size < 22.0 {
