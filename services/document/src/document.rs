@@ -1,6 +1,6 @@
 //! From bytes to one tree: the main file, what it includes, and the overrides.
 
-use super::error::SceneError;
+use super::error::{SceneError, SceneErrors};
 use super::files::{Files, folder_of, key};
 use super::overrides::NAMED_LISTS;
 use super::tree::{self, Node, Value};
@@ -13,23 +13,30 @@ pub const MAX_INCLUDE_DEPTH: usize = 8;
 /// Longest scene file \[bytes\]: generators say in ten lines what a million lines would.
 pub const MAX_SCENE_BYTES: usize = 8 << 20;
 
+/// How files begin that people give in place of a text, and what they are.
+const BINARY: [(&[u8], &str); 10] = [
+    (b"\x89PNG", "a picture (PNG)"),
+    (b"\xff\xd8\xff", "a picture (JPEG)"),
+    (b"GIF8", "a picture (GIF)"),
+    (b"%PDF", "a PDF"),
+    (b"PK\x03\x04", "an archive (ZIP)"),
+    (b"\x1f\x8b", "an archive (gzip)"),
+    (b"\x89MCAP", "a recording (MCAP)"),
+    (b"glTF", "a mesh (GLB)"),
+    (b"BLENDER", "a file of Blender"),
+    (b"\x7fELF", "a program"),
+];
+
 /// Reads the file under `main` and what it includes.
-pub fn read(files: &mut Files, main: &str) -> (Node, Option<Arc<Text>>, Vec<SceneError>) {
+///
+/// # Errors
+/// What cannot be read, alone: what else seems wrong may follow from it.
+pub fn read(files: &mut Files, main: &str) -> Result<(Node, Arc<Text>), SceneErrors> {
+    let text = text_of(files, main)
+        .map_err(|why| SceneErrors { errors: vec![SceneError::without_place(why)] })?;
     let mut errors = Vec::new();
-    let text = match text_of(files, main) {
-        Ok(text) => text,
-        Err(why) => {
-            let nowhere = Arc::new(Text {
-                label: files.label(main),
-                base: String::new(),
-                content: String::new(),
-            });
-            return (Node::empty_table(&nowhere), None, vec![SceneError::without_place(why)]);
-        }
-    };
-    let mut chain = vec![main.to_owned()];
-    let node = expand(files, &text, &mut chain, &mut errors);
-    (node, Some(text), errors)
+    let node = expand(files, &text, &mut vec![main.to_owned()], &mut errors);
+    if errors.is_empty() { Ok((node, text)) } else { Err(SceneErrors::sorted(errors)) }
 }
 
 fn text_of(files: &mut Files, key: &str) -> Result<Arc<Text>, String> {
@@ -38,14 +45,18 @@ fn text_of(files: &mut Files, key: &str) -> Result<Arc<Text>, String> {
     if bytes.len() > MAX_SCENE_BYTES {
         return Err(format!("{label} is larger than {MAX_SCENE_BYTES} bytes"));
     }
+    if let Some((_, kind)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
+        return Err(format!("{label} is {kind}, and no text in TOML"));
+    }
     match std::str::from_utf8(&bytes) {
         Ok(content) => {
             let content = content.strip_prefix('\u{feff}').unwrap_or(content).to_owned();
             Ok(Arc::new(Text { label, base: folder_of(key), content }))
         }
-        Err(error) => {
-            Err(format!("{label} is not UTF-8 text: byte {} is wrong", error.valid_up_to()))
-        }
+        Err(error) => Err(format!(
+            "{label} is no text in TOML: it is not UTF-8, byte {} is wrong",
+            error.valid_up_to()
+        )),
     }
 }
 
@@ -56,7 +67,15 @@ fn expand(
     errors: &mut Vec<SceneError>,
 ) -> Node {
     let (node, faults) = tree::parse(text);
-    errors.extend(faults);
+    match faults.first().and_then(|fault| fault.place.as_ref()) {
+        // A script, a log: that its lines are no TOML says nothing of any of them.
+        Some(place) if !text.label.to_lowercase().ends_with(".toml") => {
+            let (label, line, shown) = (&text.label, place.line, place.shown());
+            let message = format!("{label} is no text in TOML: line {line} is `{shown}`");
+            errors.push(SceneError::without_place(message));
+        }
+        _ => errors.extend(faults),
+    }
     included(files, node, chain, errors)
 }
 
@@ -64,20 +83,18 @@ fn expand(
 pub const SCENE: &str = "scene";
 
 /// The scene of a specimen of the whole, laid on what it includes; any other document as it is.
-pub fn scene_of(
-    files: &mut Files,
-    mut root: Node,
-    main: &str,
-    errors: &mut Vec<SceneError>,
-) -> Node {
+///
+/// # Errors
+/// As [`read`].
+pub fn scene_of(files: &mut Files, mut root: Node, main: &str) -> Result<Node, SceneErrors> {
     let below = match &mut root.value {
         Value::Table(table) => table.remove(SCENE),
         _ => None,
     };
-    match below {
-        Some(entry) => included(files, entry.node, &mut vec![main.to_owned()], errors),
-        None => root,
-    }
+    let Some(entry) = below else { return Ok(root) };
+    let mut errors = Vec::new();
+    let scene = included(files, entry.node, &mut vec![main.to_owned()], &mut errors);
+    if errors.is_empty() { Ok(scene) } else { Err(SceneErrors::sorted(errors)) }
 }
 
 /// A document laid on the files that it includes.

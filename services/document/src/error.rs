@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::Range;
 
 /// Most errors shown by `Display`; the rest are counted. More lines than this help nobody.
-const MAX_SHOWN: usize = 40;
+const MAX_SHOWN: usize = 20;
 
 /// Longest source line shown \[characters\]; longer ones are cut so that a minified file stays
 /// readable.
@@ -44,6 +44,11 @@ impl SourcePlace {
             range: start..end,
             text: content[line_start..line_end].trim_end_matches('\r').to_owned(),
         }
+    }
+
+    /// Its line, cut where it is too long to be read.
+    pub(crate) fn shown(&self) -> String {
+        self.text.chars().take(MAX_LINE).collect()
     }
 }
 
@@ -130,7 +135,7 @@ impl fmt::Display for SceneError {
             write!(out, "{}: ", self.path)?;
         }
         writeln!(out, "{}", self.message)?;
-        let shown: String = place.text.chars().take(MAX_LINE).collect();
+        let shown = place.shown();
         let margin = place.line.to_string().len();
         write!(out, "  {} | {shown}", place.line)?;
         if place.column <= MAX_LINE {

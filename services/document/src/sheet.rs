@@ -35,10 +35,8 @@ impl ConfigDocument {
         let base = path.file_name().map(|name| name.to_string_lossy().into_owned());
         let mut files = Files::new(Source::Disk { folder });
         let main = format!("{SCENE_BASE}{}", base.unwrap_or_default());
-        let (mut root, text, mut errors) = document::read(&mut files, &main);
-        if text.is_some() {
-            errors.extend(check::check(schema, &mut root).errors);
-        }
+        let (mut root, _) = document::read(&mut files, &main)?;
+        let errors = check::check(schema, &mut root).errors;
         if !errors.is_empty() {
             return Err(SceneErrors::sorted(errors));
         }

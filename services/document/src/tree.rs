@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Most errors of grammar reported for one file: the rest follow from the first ones.
-const MAX_SYNTAX_ERRORS: usize = 20;
+/// Most errors of grammar that are counted: the place of each is looked for in the whole text.
+const MAX_SYNTAX_ERRORS: usize = 200;
 
 /// A table entry.
 #[derive(Clone, Debug, PartialEq)]

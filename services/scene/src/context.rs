@@ -34,8 +34,6 @@ pub struct ResolveContext<'a> {
     pub warnings: Vec<String>,
     /// Paths of values that are wrong by themselves, which was said already.
     pub(super) bad: Vec<Path>,
-    /// Whether a text is not TOML throughout: what seems to be missing may be there.
-    pub(super) garbled: bool,
     /// How coarse a draft is.
     pub(super) fidelity: Fidelity,
 }
@@ -55,7 +53,6 @@ impl<'a> ResolveContext<'a> {
             errors: Vec::new(),
             warnings: Vec::new(),
             bad: Vec::new(),
-            garbled: false,
             fidelity: Fidelity::default(),
         }
     }
@@ -79,7 +76,7 @@ impl ResolveContext<'_> {
             Some(_) => true,
             None => false,
         };
-        !self.garbled && !self.bad.iter().any(meant)
+        !self.bad.iter().any(meant)
     }
 
     /// Whether what is wrong at a path is the consequence of an error that was noted.

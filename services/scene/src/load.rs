@@ -71,26 +71,18 @@ fn build(
     main: String,
     overrides: &[String],
 ) -> Result<Scene, SceneErrors> {
-    let (root, text, mut errors) = document::read(&mut files, &main);
-    let Some(text) = text else {
-        return Err(SceneErrors { errors });
-    };
-    let garbled = !errors.is_empty();
-    let mut root = document::scene_of(&mut files, root, &main, &mut errors);
+    let (root, text) = document::read(&mut files, &main)?;
+    let mut root = document::scene_of(&mut files, root, &main)?;
     let schema = schema::schema_json();
     let sections: Vec<&str> = schema["properties"]
         .as_object()
         .map(|sections| sections.keys().map(String::as_str).collect())
         .unwrap_or_default();
     let known = OverrideRules { sections: &sections, is_preset };
-    errors.extend(apply_overrides(&mut root, known, overrides));
+    let mut errors = apply_overrides(&mut root, known, overrides);
     let mut findings = check::check(schema, &mut root);
-    if garbled {
-        // What is no TOML is left out, and may be what is missing.
-        findings.errors.retain(|error| error.kind != SceneErrorKind::Missing);
-    }
     errors.append(&mut findings.errors);
-    let resolved = resolve::resolve(&root, findings, garbled, &mut files);
+    let resolved = resolve::resolve(&root, findings, &mut files);
     errors.extend(resolved.errors);
     if !errors.is_empty() {
         let errors = errors.into_iter().map(|error| error.named(&root)).collect();

@@ -58,7 +58,7 @@ impl Builder<'_> {
         let is_lost = |name: &String| !known.contains(&name[..]) && !made.contains(&name[..]);
         LostBodies {
             generators: generators.filter(|name| !there(name)).collect(),
-            any: self.context.garbled || single.iter().any(Option::is_none),
+            any: single.iter().any(Option::is_none),
             names: single.into_iter().flatten().filter(is_lost).collect(),
         }
     }

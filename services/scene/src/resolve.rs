@@ -34,15 +34,10 @@ pub(super) struct Resolved {
 }
 
 /// Makes a scene of a tree that was held against the schema. What is wrong with one value keeps
-/// nothing else from being looked at; `garbled`: some of the text is no TOML.
-pub(super) fn resolve(
-    root: &Node,
-    findings: Findings,
-    garbled: bool,
-    files: &mut Files,
-) -> Resolved {
+/// nothing else from being looked at.
+pub(super) fn resolve(root: &Node, findings: Findings, files: &mut Files) -> Resolved {
     let mut context = ResolveContext::new(root, files);
-    (context.bad, context.garbled) = (findings.bad, garbled);
+    context.bad = findings.bad;
     let document = read_sections(&mut context);
     materials(&mut context);
     let (bodies, paths, moving) = (Vec::new(), Vec::new(), Vec::new());
@@ -413,9 +408,6 @@ impl Builder<'_> {
     }
 
     fn overlaps(&mut self) {
-        if self.context.garbled {
-            return;
-        }
         let placed: Vec<overlap::Placed<'_>> =
             self.bodies.iter().map(|body| overlap::place(&body.hulls, &body.pose)).collect();
         let held = |body: usize| self.bodies[body].fixed || self.bodies[body].drive.is_some();

@@ -29,20 +29,17 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Specimen, SceneErrors> 
     };
     let name = path.file_stem().map_or_else(|| base.clone(), |s| s.to_string_lossy().into_owned());
     let mut files = Files::new(Source::Disk { folder });
-    let (root, text, errors) = document::read(&mut files, &format!("{SCENE_BASE}{base}"));
-    if text.is_none() {
-        return Err(SceneErrors { errors });
-    }
+    let (root, _) = document::read(&mut files, &format!("{SCENE_BASE}{base}"))?;
     if root.get(document::SCENE).is_some() {
-        return whole::read(name, path, &mut files, (root, errors), overrides);
+        return whole::read(name, path, &mut files, root, overrides);
     }
-    build(name, &mut files, (root, errors), overrides)
+    build(name, &mut files, root, overrides)
 }
 
 fn build(
     name: String,
     files: &mut Files,
-    (mut root, mut errors): (Node, Vec<SceneError>),
+    mut root: Node,
     overrides: &[String],
 ) -> Result<Specimen, SceneErrors> {
     let schema = schema_json();
@@ -55,11 +52,8 @@ fn build(
     let sections: Vec<String> = keys(schema).into_iter().chain(short).collect();
     let sections: Vec<&str> = sections.iter().map(String::as_str).collect();
     let full: Vec<String> = overrides.iter().map(|text| spelled_out(schema, text)).collect();
-    errors.extend(apply_overrides(
-        &mut root,
-        OverrideRules { sections: &sections, is_preset },
-        &full,
-    ));
+    let rules = OverrideRules { sections: &sections, is_preset };
+    let mut errors = apply_overrides(&mut root, rules, &full);
     let findings = check::check(schema, &mut root);
     errors.extend(findings.errors.iter().cloned());
     if !errors.is_empty() {

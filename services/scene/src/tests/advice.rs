@@ -66,12 +66,39 @@ fn what_is_wrong_in_one_stage_hides_nothing_of_another() {
         assert!(said.contains(words), "{words:?} is not in:\n{said}");
     }
     assert!(!said.contains("a body needs a `shape`") && !said.contains("`material` is missing"));
-    // Grammar too: what is read of the rest is looked at.
-    let garbled = errors_of(&format!("{EVERY_STAGE}\nend = = 1\n"), &[]);
-    for words in ["scene.toml:34:", "fortnight", "granit", "no-such.obj"] {
-        assert!(garbled.contains(words), "{words:?} is not in:\n{garbled}");
-    }
-    assert!(!garbled.contains("overlaps"), "what could not be read may be the place: {garbled}");
+}
+
+/// What is no TOML is said alone, and so is an include that cannot be read: the rest may follow.
+#[test]
+fn errors_of_syntax_are_told_without_what_follows_from_them() {
+    let told = errors_of(&format!("{EVERY_STAGE}\nend = = 1\n"), &["view.eye=[1, 2, 3]"]);
+    let heads: Vec<&str> = told.lines().filter(|line| line.contains(".toml:")).collect();
+    assert!(heads.iter().all(|line| line.starts_with("scene.toml:34:")), "{told}");
+    assert!(!heads.is_empty() && !told.contains("fortnight"), "{told}");
+    let told = errors_of("[world]\nduration = 1\n[[body]\nname = \"a\"\n", &[]);
+    assert!(told.starts_with("scene.toml:3:") && told.lines().count() == 3, "{told}");
+    let told = errors_of(&format!("include = [\"none.toml\"]\n{EVERY_STAGE}"), &[]);
+    assert!(told.contains("none.toml") && told.lines().count() == 3, "{told}");
+    // Each of these lines has two errors.
+    let many: String = (0..30).map(|number| format!("a{number} = = 1\n")).collect();
+    let told = errors_of(&many, &[]);
+    assert!(told.matches(".toml:").count() == 20 && told.ends_with("\nand 40 more"), "{told}");
+}
+
+#[test]
+fn what_is_no_toml_at_all_is_told_in_one_line() {
+    let load = |name: &str, bytes: &[u8]| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("a file");
+        let told = crate::load(&path, &[]).expect_err("it is no scene").to_string();
+        assert!(!told.contains('\n') && told.contains(name), "{told}");
+        told
+    };
+    let script = b"#!/bin/sh\nset -e\nfor a in b; do echo $a; done\n";
+    assert!(load("run.sh", script).ends_with("is no text in TOML: line 2 is `set -e`"));
+    assert!(load("scene.toml", b"\x89PNG\r\n\x1a\n\0").contains("is a picture (PNG)"));
+    assert!(load("scene.toml", b"a = 1\n\xff").ends_with("it is not UTF-8, byte 6 is wrong"));
 }
 
 /// What is no TOML is left out, and may be what is missing: a key, or the kind of a table.

@@ -26,13 +26,14 @@ pub(in crate::specimen) fn read(
     name: String,
     path: &Path,
     files: &mut Files,
-    (mut root, mut errors): (Node, Vec<SceneError>),
+    mut root: Node,
     arguments: &[String],
 ) -> Result<Specimen, SceneErrors> {
     let of_scene = |text: &String| text.trim_start().strip_prefix(PREFIX).map(str::to_owned);
     let inner: Vec<String> = arguments.iter().filter_map(of_scene).collect();
     let outer: Vec<String> =
         arguments.iter().filter(|text| of_scene(text).is_none()).cloned().collect();
+    let mut errors = Vec::new();
     let scene = load(path, &inner).map_err(|found| {
         let unmade = found.errors.iter().all(|error| error.kind == SceneErrorKind::Geometry);
         let below = |error: SceneError| {
