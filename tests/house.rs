@@ -60,6 +60,7 @@ pub const MAY_USE: &[(&str, &[&str])] = &[
     (
         "services/cullet",
         &[
+            "assets",
             "coordinator",
             "document",
             "export",

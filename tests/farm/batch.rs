@@ -104,7 +104,7 @@ fn what_is_for_sweeps_or_out_of_bounds_is_refused_with_the_reason() {
         (&scene, &["--gather"], "are for sweeps"),
         (&scene, &["--at", "0.1"], "--at: it is for sweeps"),
         (&file, &["--only", "3"], "has runs 1 to 2"),
-        (&file, &["--only", "0"], "has runs 1 to 2"),
+        (&file, &["--only", "0"], "a whole number of at least 1"),
         (&file, &["--only", "1", "--gather"], "cannot be used with"),
         (&file, &["--only", "1", "--at", "0.1"], "--gather draws"),
         (&file, &["--at=-1"], "at least 0"),

@@ -92,7 +92,7 @@ fn arguments_that_are_none_are_told_with_what_is_meant() {
     for verb in ["show", "delete", "cancel"] {
         says(&Cullet::new(&[verb, "abc"]).output(), 64, &["'abc'", "a run is named by its number"]);
     }
-    for verb in ["ps", "submit", "show", "workers", "fetch"] {
+    for verb in ["ps", "submit", "show", "workers", "fetch", "worker"] {
         let help = Cullet::new(&[verb, "--help"]).output().stdout;
         assert!(help.contains("[default: tcp/127.0.0.1:7447]"), "{verb}: {help}");
     }

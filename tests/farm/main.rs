@@ -11,6 +11,7 @@ mod command;
 mod delete;
 mod examples;
 mod faults;
+mod front;
 mod history;
 mod http;
 mod kept;

@@ -133,6 +133,7 @@ fn what_every_command_prints_as_json_can_be_read() {
     let model = recording.with_file_name("run.glb");
     own(&["export", "--json", &recording.to_string_lossy(), "-o", &model.to_string_lossy()]);
     own(&["materials", "--json"]);
+    own(&["scenes", "--json"]);
     let specimen = file_of("tests/specimens/e2-turn.toml");
     own(&["bench", "--json", "-q", &specimen.to_string_lossy()]);
     assert!(left.is_empty(), "not tried: {left:?}");
@@ -179,7 +180,7 @@ fn what_every_command_says_of_trouble_can_be_read() {
     let told = bad(&scene, &farm.ask(&scene), 64, "usage");
     assert_eq!(told["place"], drop.as_str(), "{told}");
     let rude = [&run[..], &["--priority", "1000"]].concat();
-    bad(&rude, &farm.ask(&rude), 77, "refused");
+    bad(&rude, &farm.ask(&rude), 64, "usage");
     let huge = [&run[..], &["--user", "a-name-that-is-longer-than-a-name-may-be-here"]].concat();
     bad(&huge, &farm.ask(&huge), 64, "usage");
     // Those that ask nobody.
@@ -191,6 +192,7 @@ fn what_every_command_says_of_trouble_can_be_read() {
         (&["bench", &none], 64, "usage", false),
         (&["doctor", "--connect", &nobody, "--tls", &none], 64, "usage", false),
         (&["materials", "--such"], 64, "usage", false),
+        (&["scenes", "--such"], 64, "usage", false),
     ] {
         let told = bad(args, &Cullet::new(args).args(&["--json"]).output(), code, kind);
         assert!(!placed || told["place"] == none.as_str(), "{told}");

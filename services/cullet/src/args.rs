@@ -3,6 +3,7 @@
 mod export;
 mod farm;
 mod limit;
+mod new;
 mod picture;
 mod run;
 mod voice;
@@ -13,11 +14,12 @@ pub(crate) use farm::DEFAULT_ENDPOINT;
 pub(crate) use farm::{
     ConnectArgs, Doctor, DrainArgs, FetchArgs, OfRun, OfRuns, Ps, RouterArgs, SubmitArgs, What, Who,
 };
-pub(crate) use limit::{Memory, duration, memory};
+pub(crate) use limit::{Memory, duration, memory, read_whole};
+pub(crate) use new::{New, Scenes};
 pub(crate) use picture::{CloseArgs, Preview, SheetArgs, StillArgs};
 pub(crate) use run::{Check, OpenJobArgs, RunArgs, SceneArgs};
 pub(crate) use voice::{Log, Voice};
-pub(crate) use web::{WebAddress, own_address};
+pub(crate) use web::{WebAddress, own_address, read_address};
 
 use clap::{Args, Parser, Subcommand};
 use cullet_lab::SweptSetting;
@@ -110,8 +112,10 @@ pub(crate) enum Command {
     /// Print the JSON schema of scene files, specimens, scene benchmarks or benchmark suites, the
     /// reference of scene files, or the messages of a recording
     Schema(Schema),
-    /// Create a folder with a commented scene to start from
+    /// Create a folder with a scene: a commented one, a copy of a shipped one, or one of a mesh
     New(New),
+    /// List the scenes that are shipped with this program, for `cullet new --from`
+    Scenes(Scenes),
     /// Print the completion script for a shell
     Completions(Completions),
     /// Write the manual pages of all commands
@@ -130,15 +134,8 @@ pub(crate) struct JobArgs {
     /// The file: `job.bin` of a stalled run or from the quarantine
     pub(crate) file: Option<PathBuf>,
     /// Threads that solve a job
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, default_value_t = 1, value_parser = read_whole::<u16>(1..=256))]
     pub(crate) threads: u16,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct New {
-    /// The folder to create; it also names the scene
-    #[arg(value_name = "NAME")]
-    pub(crate) folder: PathBuf,
 }
 
 #[derive(Debug, Args)]
@@ -182,7 +179,7 @@ pub(crate) struct Frontier {
     #[arg(long, value_name = "NAME")]
     pub(crate) only: Vec<String>,
     /// Folder for MACHINE.csv and for the charts in MACHINE/
-    #[arg(long, default_value = "docs/frontier", value_name = "DIR")]
+    #[arg(short, long, default_value = "docs/frontier", value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// Name of this machine [default: the name of its processor]
     #[arg(long, value_parser = machine)]
@@ -198,7 +195,7 @@ pub(crate) struct Frontier {
     #[arg(long)]
     pub(crate) redraw: bool,
     /// Specimens or scenes to run at once; with more than 1 they affect each other's cost
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, default_value_t = 1, value_parser = read_whole::<u16>(1..=256))]
     pub(crate) workers: u16,
     #[command(flatten)]
     pub(crate) voice: Voice,
@@ -220,13 +217,13 @@ pub(crate) struct Bench {
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,
     /// Write samples as CSV, points as MCAP and pictures as PNG to this folder
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print the results to standard output as JSON, one line per run
     #[arg(long)]
     pub(crate) json: bool,
     /// Runs to do at once [default: cores − 1, at least 1]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, value_parser = read_whole::<u16>(1..=256))]
     pub(crate) workers: Option<u16>,
     /// Longest wall time of a run, in seconds; a longer run is ended with the status `timeout`
     #[arg(long, value_name = "SECONDS", default_value_t = 3600.0, value_parser = non_negative)]
@@ -268,21 +265,21 @@ pub(crate) struct Coordinator {
     /// Number of runs to keep; beyond it, the oldest finished run of the user with the most runs
     /// is deleted
     #[arg(long, default_value_t = 4096, value_name = "N",
-        value_parser = clap::value_parser!(u16).range(1..=4096))]
+        value_parser = read_whole::<u16>(1..=4096))]
     pub(crate) keep: u16,
     /// Number of runs to do at once; the others wait
     #[arg(
         long,
         default_value_t = 2,
         value_name = "N",
-        value_parser = clap::value_parser!(u16).range(1..=64)
+        value_parser = read_whole::<u16>(1..=64)
     )]
     pub(crate) runs: u16,
     /// Worker processes to start on this machine
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=256))]
+    #[arg(long, default_value_t = 0, value_parser = read_whole::<u16>(0..=256))]
     pub(crate) workers: u16,
     /// Threads with which each of these workers solves a job
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, default_value_t = 1, value_parser = read_whole::<u16>(1..=256))]
     pub(crate) threads: u16,
     /// Memory limit of a job of these workers in MiB, or none; a job that exceeds it is ended.
     /// auto: the memory of the machine or container, less a reserve, divided among these workers
@@ -290,14 +287,14 @@ pub(crate) struct Coordinator {
         value_parser = memory)]
     pub(crate) memory: Memory,
     /// Folder for recordings [default: recordings in the state folder; without one, runs]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Exit after this many runs [default: run until stopped]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = read_whole::<u32>(1..=i64::from(u32::MAX)))]
     pub(crate) stop_after: Option<u32>,
     /// Serve /metrics (Prometheus), /healthz and /readyz over HTTP at this address, such as
     /// 127.0.0.1:9464; an address that other machines reach needs --insecure
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = read_address)]
     pub(crate) metrics: Option<std::net::SocketAddr>,
     /// Serve the farm as a page for browsers at this address: 127.0.0.1:8080, for this machine
     /// alone, or tls/HOST-IP:PORT, for users and operators who show their certificates
@@ -326,7 +323,7 @@ pub(crate) struct AccessArgs {
 pub(crate) struct WorkerArgs {
     /// Zenoh endpoint of the coordinator or its router; may be repeated, for other ways to the same
     /// coordinator: a worker uses the first endpoint that it reaches
-    #[arg(long, required = true, value_name = "ENDPOINT", env = "CULLET_CONNECT",
+    #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", default_value = DEFAULT_ENDPOINT,
         value_parser = endpoint)]
     pub(crate) connect: Vec<String>,
     /// Name of the coordinator (its --name), if there are several on the network
@@ -340,7 +337,7 @@ pub(crate) struct WorkerArgs {
     #[arg(long, value_parser = name)]
     pub(crate) name: Option<String>,
     /// Threads that solve a job
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, default_value_t = 1, value_parser = read_whole::<u16>(1..=256))]
     pub(crate) threads: u16,
     /// Memory limit of a job in MiB, or none; a job that exceeds it is ended. auto: the memory of
     /// the machine or container, less a reserve
@@ -372,14 +369,16 @@ pub(crate) struct Inspect {
     #[arg(long, conflicts_with = "json")]
     pub(crate) masses: bool,
     /// Fit only fragments of at least this many grid cells
-    #[arg(long, value_name = "N", requires = "masses", default_value_t = RESOLVED_CELLS)]
+    #[arg(long, value_name = "N", requires = "masses", default_value_t = RESOLVED_CELLS,
+        value_parser = non_negative)]
     pub(crate) cells: f64,
     /// Print the largest pieces of each object beside those of this run, such as a draft's beside
     /// the final's, and how far they are apart
     #[arg(long, value_name = "RUN", conflicts_with_all = ["json", "masses"])]
     pub(crate) against: Option<PathBuf>,
     /// So many of the largest pieces
-    #[arg(long, value_name = "N", requires = "against", default_value_t = 5)]
+    #[arg(long, value_name = "N", requires = "against", default_value_t = 5,
+        value_parser = read_whole::<usize>(0..=i64::MAX))]
     pub(crate) largest: usize,
 }
 

@@ -2,6 +2,7 @@
 //! last bits.
 
 use cullet_pool::Build;
+use cullet_proto::JobId;
 use cullet_proto::ids::digest;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,6 +17,15 @@ pub(crate) fn build_of(program: Option<&Path>) -> Build {
         digest(format!("{process} {start}").as_bytes())
     };
     Build(bytes.map_or_else(nobody, |bytes| digest(&bytes)))
+}
+
+/// What this program is, in a line: its version, the commit of its sources, and its build, by which
+/// farms tell programs apart.
+#[must_use]
+pub fn describe_version() -> String {
+    let (version, commit) = (env!("CARGO_PKG_VERSION"), env!("CULLET_COMMIT"));
+    let build = JobId(build_of(None).0).short();
+    format!("cullet {version} (commit {commit}, build {build})")
 }
 
 /// The file that this code was loaded from: of a program that loads it as a library, such as

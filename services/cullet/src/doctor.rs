@@ -58,9 +58,9 @@ pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, CommandError> {
 
 fn here(args: &args::Doctor) -> Vec<Finding> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let version = env!("CARGO_PKG_VERSION");
+    let version = cullet::describe_version();
     let mut found = vec![
-        finding("version", true, format!("cullet {version}, wire {}", envelope::MAJOR)),
+        finding("version", true, format!("{version}, wire {}", envelope::MAJOR)),
         finding("cores", true, format!("{cores} here")),
     ];
     let folder = args.disk.display();

@@ -66,6 +66,7 @@ fn needed(command: &Command) -> Option<u64> {
         | Command::Materials(_)
         | Command::Schema(_)
         | Command::New(_)
+        | Command::Scenes(_)
         | Command::Completions(_)
         | Command::Man(_)
         | Command::Job(_) => return None,

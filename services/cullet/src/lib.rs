@@ -69,6 +69,7 @@ mod build;
 mod local;
 mod taken;
 
+pub use build::describe_version;
 pub use taken::{is_free_to_fetch, is_taken};
 
 pub use local::{LocalPool, LocalRunError, LocalWorkers, run, spare_cores};

@@ -1,5 +1,6 @@
 //! The one binary: reads what a person typed, lets the shells do it, says how it went.
 
+mod advice;
 mod args;
 mod bench;
 mod client;
@@ -21,6 +22,7 @@ mod progress;
 mod report;
 mod run;
 mod serve;
+mod shipped;
 mod shown;
 mod signals;
 mod sweep;
@@ -30,6 +32,7 @@ mod workers;
 
 use args::{Cli, Command, Log, SceneArgs, Voice, What};
 use clap::Parser;
+use clap::error::ErrorKind;
 use cullet::Client;
 use std::io::Write;
 use std::process::ExitCode;
@@ -61,8 +64,11 @@ fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
         logs::start(&Voice { quiet: false, verbose: 0, log: Log::Json });
     }
     if asked {
-        let done = error.print().and_then(|()| std::io::stdout().flush());
-        return match exit::unprinted(done) {
+        let done = match error.kind() {
+            ErrorKind::DisplayVersion => exit::print(cullet::describe_version() + "\n"),
+            _ => exit::unprinted(error.print().and_then(|()| std::io::stdout().flush())),
+        };
+        return match done {
             Ok(()) => ExitCode::SUCCESS,
             Err(trouble) => {
                 logs::error(&trouble);
@@ -120,6 +126,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::CommandError> {
         Command::Materials(args) => inspect::materials(args),
         Command::Schema(args) => inspect::schema(args),
         Command::New(args) => new::new(args),
+        Command::Scenes(args) => shipped::list_scenes(args),
         Command::Completions(args) => pages::completions(args),
         Command::Man(args) => pages::man(args),
         Command::Bench(args) => bench::bench(args),

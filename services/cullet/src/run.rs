@@ -1,5 +1,6 @@
 //! `cullet run` and `cullet check`.
 
+use crate::advice::require_scene;
 use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::{Folder, clear_run, to_replace_run};
 use crate::live::LivePage;
@@ -144,6 +145,7 @@ pub(crate) fn check(args: &args::Check) -> Result<Exit, CommandError> {
 
 /// Reads a scene, or says everything that is wrong with it.
 pub(crate) fn read_scene(args: &args::SceneArgs) -> Result<Scene, CommandError> {
+    require_scene(&args.scene)?;
     let wrong = |errors| CommandError::new(Exit::Usage, errors).at(args.scene.display());
     Scene::load(&args.scene, &args.set).map_err(wrong)
 }

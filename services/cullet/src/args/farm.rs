@@ -1,6 +1,7 @@
 //! Commands to a farm, their arguments and their help.
 
-use super::{AccessArgs, SceneArgs, SheetArgs, Voice, endpoint, name, non_negative};
+use super::{AccessArgs, SceneArgs, SheetArgs, Voice};
+use super::{endpoint, name, non_negative, read_whole};
 use clap::Args;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use std::path::PathBuf;
@@ -64,7 +65,8 @@ pub(crate) struct SubmitArgs {
     #[command(flatten)]
     pub(crate) place: ConnectArgs,
     /// Priority, from -100 to 100; higher ones run first
-    #[arg(long, default_value_t = 0, allow_hyphen_values = true)]
+    #[arg(long, default_value_t = 0, allow_hyphen_values = true,
+        value_parser = read_whole::<i32>(-100..=100))]
     pub(crate) priority: i32,
     /// Of a sweep, submit only the runs that the coordinator does not have yet
     #[arg(long)]
@@ -76,7 +78,7 @@ pub(crate) struct SubmitArgs {
     #[arg(long)]
     pub(crate) watch: bool,
     /// Folder for the results [default: runs/SCENE-N]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) sheet: SheetArgs,
@@ -122,7 +124,7 @@ pub(crate) struct FetchArgs {
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,
     /// Folder for the results [default: runs/SCENE-N]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) sheet: SheetArgs,

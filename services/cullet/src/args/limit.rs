@@ -1,5 +1,6 @@
-//! The memory limit of a job, and how long a worker may be idle.
+//! Numbers: the memory limit of a job, how long a worker may be idle, and any that is whole.
 
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 /// The limit as it is given.
@@ -30,6 +31,22 @@ impl Memory {
     pub(crate) fn words(self, workers: usize) -> [String; 2] {
         let word = self.bytes(workers).map(|bytes| (bytes >> 20).max(LEAST).to_string());
         ["--memory".to_owned(), word.unwrap_or_else(|| "none".to_owned())]
+    }
+}
+
+/// A reader of whole numbers in a range, which says what is wanted in place of anything else.
+pub(crate) fn read_whole<T: TryFrom<i64>>(
+    range: RangeInclusive<i64>,
+) -> impl Fn(&str) -> Result<T, String> + Clone {
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number.and_then(|number| T::try_from(number).ok()).ok_or_else(|| {
+            let least = range.start();
+            match *range.end() {
+                i64::MAX => format!("it must be a whole number of at least {least}"),
+                most => format!("it must be a whole number from {least} to {most}"),
+            }
+        })
     }
 }
 
@@ -66,8 +83,43 @@ pub(crate) fn duration(text: &str) -> Result<Duration, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Memory, duration, memory};
+    use super::{Memory, duration, memory, read_whole};
+    use crate::args::Cli;
+    use clap::CommandFactory;
+    use clap::error::ErrorKind;
     use std::time::Duration;
+
+    #[test]
+    fn a_whole_number_is_told_with_its_bounds() {
+        let read = read_whole::<u16>(1..=256);
+        assert_eq!((read("1"), read("256")), (Ok(1), Ok(256)));
+        for bad in ["", "0", "257", "two", "1.5", "-1", "99999999999999999999"] {
+            assert_eq!(read(bad), Err("it must be a whole number from 1 to 256".to_owned()));
+        }
+        let least = "it must be a whole number of at least 1".to_owned();
+        assert_eq!(read_whole::<usize>(1..=i64::MAX)("0"), Err(least));
+        assert_eq!(read_whole::<i32>(-100..=100)("-100"), Ok(-100));
+    }
+
+    #[test]
+    fn no_argument_is_refused_in_the_words_of_a_library() {
+        let mut refused = 0;
+        for command in Cli::command().get_subcommands() {
+            let takes = |arg: &&clap::Arg| arg.get_action().takes_values();
+            for name in command.get_arguments().filter(takes).filter_map(clap::Arg::get_long) {
+                let value = format!("--{name}=no such thing");
+                let call = ["cullet", command.get_name(), &value];
+                let Err(error) = Cli::command().try_get_matches_from(call) else { continue };
+                if error.kind() == ErrorKind::ValueValidation {
+                    refused += 1;
+                    let told = error.to_string();
+                    let foreign = ["invalid digit", "invalid float", "invalid socket"];
+                    assert!(!foreign.iter().any(|words| told.contains(words)), "{told}");
+                }
+            }
+        }
+        assert!(refused > 40, "{refused}");
+    }
 
     #[test]
     fn a_duration_is_in_seconds_or_has_a_unit() {

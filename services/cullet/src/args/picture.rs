@@ -62,7 +62,7 @@ pub(crate) struct Preview {
     /// A recording, or the folder of a run
     pub(crate) recording: PathBuf,
     /// Folder for the pictures [default: the recording's folder]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) close: CloseArgs,

@@ -1,6 +1,7 @@
 //! What is run: scenes and sweeps, here or as a job of a render farm.
 
-use super::{CloseArgs, Command, Memory, SheetArgs, Voice, WebAddress, memory, own_address};
+use super::{CloseArgs, Command, Memory, SheetArgs, Voice, WebAddress};
+use super::{memory, own_address, read_whole};
 use crate::exit::CommandError;
 use clap::Args;
 use cullet::RunAgain;
@@ -46,10 +47,10 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// Worker processes [default: cores − 1, at least 1]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, value_parser = read_whole::<u16>(1..=256))]
     pub(crate) workers: Option<u16>,
     /// Threads with which a worker solves a job
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, default_value_t = 1, value_parser = read_whole::<u16>(1..=256))]
     pub(crate) threads: u16,
     /// Memory limit of a job in MiB, or none; a job that exceeds it is ended. auto: the memory of
     /// the machine or container, less a reserve, divided among the workers
@@ -57,7 +58,7 @@ pub(crate) struct RunArgs {
         value_parser = memory)]
     pub(crate) memory: Memory,
     /// Folder for run.mcap, summary.json and the previews [default: runs/SCENE-N]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Delete the run that is in the folder first: a job that is tried again begins anew
     #[arg(long, requires = "out")]
@@ -97,12 +98,13 @@ pub(crate) struct AgainArgs {
     pub(crate) from: Option<PathBuf>,
     /// Resume that run at step N: whatever is set anew, the steps before N must come out as they
     /// are recorded there, or this run is refused
-    #[arg(long, value_name = "N", requires = "from")]
+    #[arg(long, value_name = "N", requires = "from",
+        value_parser = read_whole::<u64>(0..=i64::MAX))]
     pub(crate) from_step: Option<u64>,
     /// Keep up to so many MiB of results of jobs beside the recording, in the folder results, for a
     /// later --from; 0: none. A sweep keeps none
     #[arg(long, value_name = "MIB", default_value_t = 1024,
-        value_parser = clap::value_parser!(u64).range(..=16_777_216))]
+        value_parser = read_whole::<u64>(0..=16_777_216))]
     pub(crate) results: u64,
 }
 
@@ -128,7 +130,8 @@ pub(crate) struct Check {
 pub(crate) struct PartArgs {
     /// Of a sweep, do only run N, into the folder N of --out; code 0 if it is done, also if an
     /// expectation does not hold, which --gather reports
-    #[arg(long, value_name = "N", requires = "out")]
+    #[arg(long, value_name = "N", requires = "out",
+        value_parser = read_whole::<usize>(1..=i64::MAX))]
     pub(crate) only: Option<usize>,
     /// Of a sweep, run nothing: draw the sheet and write the table of the runs that are in --out
     #[arg(long, requires = "out", conflicts_with_all = ["only", "replace", "live", "foxglove"])]

@@ -70,6 +70,7 @@ impl Command {
             | Self::Materials(_)
             | Self::Schema(_)
             | Self::New(_)
+            | Self::Scenes(_)
             | Self::Completions(_)
             | Self::Man(_)
             | Self::Job(_) => None,

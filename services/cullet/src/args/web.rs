@@ -36,14 +36,16 @@ impl WebAddress {
     }
 }
 
+/// Reads an address.
+pub(crate) fn read_address(text: &str) -> Result<SocketAddr, String> {
+    let wanted = |_| "it is an IP address with a port, such as 127.0.0.1:8765".to_owned();
+    text.parse().map_err(wanted)
+}
+
 /// Reads an address of this machine alone.
 pub(crate) fn own_address(text: &str) -> Result<SocketAddr, String> {
     let place = text.strip_prefix("localhost:").map(|port| format!("127.0.0.1:{port}"));
-    let address: SocketAddr = place
-        .as_deref()
-        .unwrap_or(text)
-        .parse()
-        .map_err(|_| "it is an IP address with a port, such as 127.0.0.1:8765".to_owned())?;
+    let address = read_address(place.as_deref().unwrap_or(text))?;
     if address.ip().to_canonical().is_loopback() {
         return Ok(address);
     }
