@@ -49,8 +49,8 @@ const BEGINNING: &[&str] = &[
      commented scene to begin with, and `cullet check SCENE` checks a scene without running it.",
     "A scene is a TOML file, alone or as `scene.toml` in a folder of its own, of at most {size} \
      MiB. An unknown key is an error. All errors of a scene are reported together, each with its \
-     line, its value and the allowed range; errors of syntax alone. Any value can also be set from the command line, with \
-     items of lists called by their `name`: `--set world.seed=2`, \
+     line, its value and the allowed range; errors of syntax alone. Any value can also be set \
+     from the command line, with items of lists called by their `name`: `--set world.seed=2`, \
      `--set 'body.ball.velocity=[20, 0, 0]'`, `--set 'material.granite.young=\"60 GPa\"'`.",
     "An entry of this page is: **`key`** — type \\[SI unit\\]; default; bounds. Where the default \
      is no plain value, the entry says in words what holds without the key. Bounds are in the SI \
