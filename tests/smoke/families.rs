@@ -54,7 +54,7 @@ fn assert_kept(told: &serde_json::Value) {
     assert_eq!(told["jobs"]["failed"], 0, "{told:#}");
 }
 
-/// Solves a hit by a family that is asked for by name; no other may have taken its place.
+/// Solves a hit by a family that is asked for by name. Later hits of its pieces may be others'.
 fn assert_solved(hit: &Hit, outcome: &str) {
     let (scene, out) = (unique(hit.family).with_extension("toml"), unique(hit.family));
     fs::write(&scene, hit.scene()).expect("a scene");
@@ -63,35 +63,37 @@ fn assert_solved(hit: &Hit, outcome: &str) {
     assert!(DONE.contains(&said.code), "{}", said.stderr);
     let told = summary(&out);
     assert_kept(&told);
-    assert!(told["jobs"][outcome].as_u64() >= Some(1), "{}: {told:#}", hit.family);
-    let seen = Cullet::new(&["inspect"]).path(&out).output();
-    assert!(seen.stdout.contains(hit.family), "{}", seen.stdout);
+    assert!(told[outcome].as_u64() >= Some(1), "{}: {told:#}", hit.family);
+    assert!(told["solvers"][hit.family].as_u64() >= Some(1), "{}: {told:#}", hit.family);
 }
 
 #[test]
 fn brittle_solids_break() {
     let size = [0.1, 0.1, 0.1];
-    assert_solved(&Hit { family: "brittle", material: "plaster", size, speed: 16.0 }, "broken");
+    assert_solved(&Hit { family: "brittle", material: "plaster", size, speed: 16.0 }, "fractures");
 }
 
 #[test]
 fn walls_break() {
     let size = [0.16, 0.16, 0.006];
     let hit = Hit { family: "shell", material: "soda-lime-glass", size, speed: 12.0 };
-    assert_solved(&hit, "broken");
+    assert_solved(&hit, "fractures");
 }
 
 #[test]
 fn bonded_points_break() {
     let size = [0.1, 0.1, 0.1];
     let hit = Hit { family: "peridynamics", material: "plaster", size, speed: 16.0 };
-    assert_solved(&hit, "broken");
+    assert_solved(&hit, "fractures");
 }
 
 #[test]
 fn cells_of_the_geometric_family_break() {
     let size = [0.1, 0.1, 0.1];
-    assert_solved(&Hit { family: "geometric", material: "plaster", size, speed: 16.0 }, "broken");
+    assert_solved(
+        &Hit { family: "geometric", material: "plaster", size, speed: 16.0 },
+        "fractures",
+    );
 }
 
 #[test]

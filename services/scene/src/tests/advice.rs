@@ -109,7 +109,7 @@ fn nothing_is_missing_in_garbled_text() {
     let said = errors_of(scene, &[]);
     assert!(said.contains("`kind` is missing") && said.contains("`target` is missing"), "{said}");
     let garbled = errors_of(&format!("{scene}end = = 1\n"), &[]);
-    assert!(garbled.contains("scene.toml:8:") && !garbled.contains("is missing"), "{garbled}");
+    assert!(garbled.contains("scene.toml:7:") && !garbled.contains("is missing"), "{garbled}");
 }
 
 #[test]
