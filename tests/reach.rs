@@ -94,8 +94,7 @@ impl Reach {
         }
         loop {
             let users = MAY_USE.iter().filter(|(folder, uses)| {
-                let reached = |name: &&str| self.has(name);
-                !self.crates.contains(*folder) && uses.iter().any(|name| reached(&name))
+                !self.crates.contains(*folder) && uses.iter().any(|name| self.has(name))
             });
             let users: Vec<String> = users.map(|(folder, _)| (*folder).to_owned()).collect();
             if users.is_empty() {

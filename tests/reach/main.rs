@@ -19,7 +19,7 @@ fn main() {
         format!("wheel={}", u8::from(reach.wheel)),
         format!("exports={}", u8::from(reach.exports)),
     ];
-    print!("{}\n", lines.join("\n"));
+    println!("{}", lines.join("\n"));
 }
 
 /// What changed since a commit, with what is not committed.

@@ -6,9 +6,7 @@ use super::scene::Scene;
 use super::schema;
 use cullet_document::files::{Files, SCENE_BASE, Source};
 use cullet_document::overrides::{OverrideRules, apply_overrides};
-use cullet_document::{
-    Bundle, SceneError, SceneErrorKind, SceneErrors, SceneFile, check, document,
-};
+use cullet_document::{Bundle, SceneError, SceneErrors, SceneFile, check, document};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
