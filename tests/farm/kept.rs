@@ -265,8 +265,8 @@ fn a_priority_beyond_all_bounds_is_refused() {
         let scene = corpus("drop.toml");
         let set = format!("--priority={priority}");
         let said = farm.ask(&["submit", &scene, "--detach", &set]);
-        assert_eq!(said.code, 77, "{priority}: {}", said.stderr);
-        assert!(said.stderr.contains("a priority is from -100 to 100"), "{}", said.stderr);
+        assert_eq!(said.code, 64, "{priority}: {}", said.stderr);
+        assert!(said.stderr.contains("a whole number from -100 to 100"), "{}", said.stderr);
     }
     assert_eq!(farm.runs(), 0);
 }

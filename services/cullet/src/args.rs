@@ -290,7 +290,7 @@ pub(crate) struct Coordinator {
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Exit after this many runs [default: run until stopped]
-    #[arg(long, value_name = "N", value_parser = read_whole::<u32>(1..=i64::from(u32::MAX)))]
+    #[arg(long, value_name = "N", value_parser = read_whole::<u32>(0..=i64::from(u32::MAX)))]
     pub(crate) stop_after: Option<u32>,
     /// Serve /metrics (Prometheus), /healthz and /readyz over HTTP at this address, such as
     /// 127.0.0.1:9464; an address that other machines reach needs --insecure
