@@ -8,15 +8,13 @@ pub(crate) mod history;
 pub(crate) mod left;
 pub(crate) mod proxy;
 
-use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, UNIX_EPOCH};
 
 /// A call of the binary under test.
 pub(crate) struct Cullet(Command);
@@ -258,13 +256,24 @@ pub(crate) fn until(what: &str, limit: Duration, mut holds: impl FnMut() -> bool
 pub(crate) const DONE: [i32; 2] = [0, 3];
 
 /// The digest of the drop scene with these arguments on a quiet machine. It is run once for all
-/// tests of a process: the bits are the same each time, which `command` holds.
+/// tests of a build, in whatever processes they are: the bits are the same each time, which
+/// `command` holds.
 pub(crate) fn quiet_digest(args: &[&str]) -> serde_json::Value {
-    type Known = BTreeMap<Vec<String>, Arc<OnceLock<serde_json::Value>>>;
-    static KNOWN: Mutex<Known> = Mutex::new(BTreeMap::new());
-    let key = args.iter().map(|arg| (*arg).to_owned()).collect();
-    let once = KNOWN.lock().expect("a list").entry(key).or_default().clone();
-    once.get_or_init(|| run_alone(args)).clone()
+    let program = std::fs::metadata(env!("CARGO_BIN_EXE_cullet")).expect("the binary is there");
+    let made = program.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
+    let name = format!("{}-{made:?}-{}", program.len(), args.concat());
+    let name: String = name.chars().filter(|c| c.is_alphanumeric() || "-.=".contains(*c)).collect();
+    let known = Path::new(env!("CARGO_TARGET_TMPDIR")).join("quiet-digests").join(name);
+    if let Ok(text) = std::fs::read_to_string(&known) {
+        return text.into();
+    }
+    let digest = run_alone(args);
+    // Whole at once, for another process may read it: both would write the same.
+    let part = unique("quiet-digest");
+    std::fs::create_dir_all(known.parent().expect("a folder")).expect("a folder");
+    std::fs::write(&part, digest.as_str().expect("a digest is text")).expect("a file");
+    std::fs::rename(&part, &known).expect("a file");
+    digest
 }
 
 fn run_alone(args: &[&str]) -> serde_json::Value {

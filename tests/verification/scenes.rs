@@ -13,7 +13,6 @@ use cullet_geometry::Solid;
 use cullet_record::Recording;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 
 /// The scenes that are drawn too: solids with debris, bodies of several shapes, joints, a sheet
 /// with a quantity in it, cloth, and what is soft. To draw all takes as long as to run many.
@@ -103,15 +102,6 @@ fn threshold() {
 #[test]
 fn column() {
     holds("column");
-}
-
-/// What happens in the scene of the pane, and its recording: one run for both tests of it.
-fn the_pane() -> &'static (String, Recording) {
-    static PANE: OnceLock<(String, Recording)> = OnceLock::new();
-    PANE.get_or_init(|| {
-        let shown = Shown::of("pane");
-        (shown.told.clone(), shown.recording())
-    })
 }
 
 #[test]
@@ -394,9 +384,10 @@ fn seaweed() {
 
 #[test]
 fn pane() {
-    let (told, _) = the_pane();
-    let opened = told.lines().find(|line| line.contains("opened for pane"));
+    let shown = Shown::of("pane");
+    let opened = shown.told.lines().find(|line| line.contains("opened for pane"));
     assert!(opened.is_some_and(|line| line.contains("held at ")), "{opened:?}");
+    assert_held_pane_stays_down(&shown.recording());
 }
 
 /// Mass \[kg\], place \[m\] and velocity \[m/s\] along an axis of each part of an object after each
@@ -436,9 +427,7 @@ fn played(scene: &Path, name: &str) -> Recording {
 
 /// A pane that lies on ledges and is hit from above: what broke it threw nothing back up. From
 /// 0.05 s on its pieces rock and bounce on the ledges.
-#[test]
-fn a_held_pane_does_not_rise_towards_what_strikes_it() {
-    let (_, recording) = the_pane();
+fn assert_held_pane_stays_down(recording: &Recording) {
     let steps = parts_along(recording, "pane", 2);
     assert!(steps.last().is_some_and(|parts| parts.len() > 8), "it broke");
     let height = |parts: &Vec<(f64, f64, f64)>| {
