@@ -3,7 +3,9 @@
 
 use crate::common;
 
+use common::history::lines;
 use common::{Cullet, Going, LONGER, children_of, corpus, quiet_digest, signal, summary, unique};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
@@ -65,6 +67,20 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
     assert!(trace.contains("\"ending\":\"lost\"") && trace.contains("lost with w"), "{trace}");
 }
 
+/// The jobs that a log says were lost and that it does not say were solved since.
+fn unsolved(log: &Path) -> BTreeSet<String> {
+    let mut jobs = BTreeSet::new();
+    for line in lines(log) {
+        let job = line["job"].as_str().unwrap_or_default();
+        if line["message"] == "attempt lost" {
+            jobs.insert(job.to_owned());
+        } else if line["message"] == "result taken" {
+            jobs.remove(job);
+        }
+    }
+    jobs
+}
+
 /// A window is a pure job: two sheets and twenty bodies go through deaths of workers to the digest
 /// of one worker that nobody disturbs.
 #[test]
@@ -72,24 +88,31 @@ fn windows_of_sheets_go_through_kills_to_the_digest_of_a_quiet_run() {
     let _left = common::left::NobodyLeft::watch();
     let (quiet, out) = (unique("sheets-quiet"), unique("sheets-killed"));
     let call = |workers| ["run", "--no-pictures", "--workers", workers, "--set"];
-    let started = |workers, out: &Path| {
+    let started = |workers, out: &Path, log: Option<&PathBuf>| {
         let call = Cullet::new(&call(workers)).args(&["world.duration=1.2"]);
-        call.args(&["--out"]).path(out).args(&[&corpus("sheets.toml")]).spawn()
+        let call = call.args(&["--out"]).path(out).args(&[&corpus("sheets.toml")]);
+        match log {
+            Some(log) => call.log(log).spawn(),
+            None => call.spawn(),
+        }
     };
-    let mut alone = started("1", &quiet);
+    let mut alone = started("1", &quiet, None);
     assert_eq!(alone.wait(Duration::from_secs(120)), Some(0), "{}", alone.stderr());
-    let mut run = started("3", &out);
+    let log = unique("sheets-log");
+    let mut run = started("3", &out, Some(&log));
     let mut killed = 0;
     while killed < 6 && !run.ended() {
-        // A window bears two losses: another is at work by the next.
-        if let Some(worker) = busy(run.id()) {
+        // A window bears two losses. None has a second one here: what was lost is solved before
+        // the next worker is killed, however long that takes.
+        if let Some(worker) = busy(run.id()).filter(|_| unsolved(&log).is_empty()) {
             signal(worker, "KILL");
             killed += 1;
-            sleep(Duration::from_secs(1));
+            sleep(Duration::from_millis(500));
         }
     }
     assert!(killed > 1, "{killed} were killed: the run was too quick for this test");
-    assert_eq!(run.wait(Duration::from_secs(120)), Some(0), "{}", run.stderr());
+    let said = || fs::read_to_string(&log).unwrap_or_default();
+    assert_eq!(run.wait(Duration::from_secs(120)), Some(0), "{}", said());
     let (quiet, summary) = (summary(&quiet), summary(&out));
     assert_eq!(summary["digest"], quiet["digest"]);
     let sheets = &summary["sheets"];
