@@ -6,7 +6,7 @@
 
 use crate::common;
 
-use common::{Cullet, Said, corpus, summary, unique};
+use common::{Cullet, Said, unique};
 use cullet_fragment::cut::{CutSettings, Partition, by_sites};
 use cullet_geometry::math::unit;
 use cullet_geometry::shapes::{self, Detail as Facets};
@@ -171,39 +171,6 @@ fn r4_the_step_of_the_world_does_not_decide() {
     }
 }
 
-/// R4: whether a body breaks, and into how many, does not hang on the time step of the world. One
-/// break is a matter of chance (F78), its fragments by half of their number: the means of eight
-/// differ by no more than 2.6 standard errors of their difference.
-#[test]
-fn the_world_step_decides_nothing() {
-    let count = |step: &str, seed: u32| {
-        let out = unique("step");
-        let set = [format!("world.step=\"{step} s\""), format!("world.seed={seed}")];
-        let run = Cullet::new(&["run", &corpus("ball.toml"), "-q", "--no-pictures"])
-            .args(&["--set", &set[0], "--set", &set[1], "--out"])
-            .path(&out)
-            .output();
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        let told = summary(&out);
-        assert_eq!(told["fractures"], 1, "{told:#}");
-        told["fragments"].as_f64().expect("a number")
-    };
-    // The mean, and the square of its standard error.
-    let mean = |step: &str| {
-        let counts: Vec<f64> = (3..11).map(|seed| count(step, seed)).collect();
-        let mean = counts.iter().sum::<f64>() / 8.0;
-        let squares: f64 = counts.iter().map(|count| (count - mean).powi(2)).sum();
-        (mean, squares / (8.0 * 7.0))
-    };
-    let (reference, its_error) = mean("1/480");
-    for step in ["1/60", "1/120", "1/960"] {
-        let (mean, error) = mean(step);
-        let bound = 2.6 * (error + its_error).sqrt();
-        let off = (mean - reference).abs();
-        assert!(off <= bound, "{step} s: {mean} fragments, {reference} at 1/480 s, {bound} apart");
-    }
-}
-
 /// E11 of rigid bodies: a hit keeps momentum; angular momentum drifts as the step, a gap, which
 /// friction makes: without it nothing is lost.
 #[test]
@@ -239,10 +206,11 @@ fn r6_a_light_slice_bears_two_hundred_of_its_weight_and_not_ten_thousand() {
 
 /// R7: a steel ball of 10 mm through a wall of 10 mm: the wall is hit first at any speed, and what
 /// is left of the ball's speed at the catcher behind it grows with what it had, in the mean of four
-/// seeds. Below 100 m/s what is left is decided by which pieces it has to push out of its way.
+/// seeds. Below 100 m/s, which is not run, what is left is decided by which pieces it has to push
+/// out of its way.
 #[test]
 fn r7_a_ball_goes_through_a_wall_and_never_past_it() {
-    let (speeds, seeds) = ([50.0, 100.0, 200.0, 300.0], 4);
+    let (speeds, seeds) = ([100.0, 200.0, 300.0], 4);
     let sweep = speeds.map(|speed| format!("[{speed},0,0]")).join(",");
     let sweep = format!("scene.body.ball.velocity={sweep}");
     let args = ["--sweep", &sweep, "--sweep", "scene.world.seed=1,2,3,4"];
@@ -258,7 +226,7 @@ fn r7_a_ball_goes_through_a_wall_and_never_past_it() {
             left
         };
         let mean = rows.iter().map(left).sum::<f64>() / seeds as f64;
-        assert!(mean > last || speed < 100.0, "{speed} m/s: {mean}, after {last}");
+        assert!(mean > last, "{speed} m/s: {mean}, after {last}");
         last = mean;
     }
 }
