@@ -1,5 +1,6 @@
 //! What a change can reach: from the files that changed and from the table of who may use whom to
-//! the suites that must run. Whatever is in doubt runs.
+//! the suites that must run. Whatever is in doubt runs, but of the scenes those that stand for a
+//! family.
 
 use crate::house::MAY_USE;
 use std::collections::BTreeSet;
@@ -26,7 +27,7 @@ const FOUNDATION: [&str; 3] = ["proto", "services/model", "services/geometry"];
 /// What must run for a change.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reach {
-    /// Why everything must run, if it must.
+    /// Why all suites must run, if they must.
     pub everything: Option<String>,
     /// Folders of the crates that the change reaches.
     pub crates: BTreeSet<String>,
@@ -67,7 +68,7 @@ impl Reach {
             (_, _) if path.ends_with(".md") && head != "services" => {
                 self.wheel |= path == "docs/tutorials/python.md";
             }
-            ("docs" | "deploy", _) | ("tests", "fast" | "farm" | "smoke") => {}
+            ("docs" | "deploy", _) | ("tests", "fast" | "farm" | "smoke") | (".ci", "green") => {}
             ("justfile" | "_typos.toml" | ".editorconfig" | ".gitignore", "") => {}
             (name, "") if name.starts_with("LICENSE") => {}
             ("scenes", name) if parts.next().is_some() => {
@@ -119,10 +120,16 @@ impl Reach {
     /// part of the command that README names.
     #[must_use]
     pub fn tests(&self) -> String {
-        if self.everything.is_some() {
-            return "binary(farm) | binary(verification)".to_owned();
-        }
+        let scenes = SCENES.iter().map(|(name, _)| *name);
+        let scenes: Vec<&str> = scenes.chain(self.scenes.iter().map(String::as_str)).collect();
+        let scenes = format!("test(/^scenes::(.*::)?({})$/)", scenes.join("|"));
+        let scenes = format!("(package(cullet) & binary(verification) & {scenes})");
         let mut any = vec!["binary(farm)".to_owned()];
+        if self.everything.is_some() {
+            let others = "(binary(verification) - (package(cullet) & test(/^scenes::/)))";
+            any.extend([others.to_owned(), scenes]);
+            return any.join(" | ");
+        }
         for family in ["fracture", "shell", "peridynamics", "membrane"] {
             if self.has(family) {
                 any.push(format!("(package(cullet-{family}) & binary(verification))"));
@@ -136,29 +143,25 @@ impl Reach {
             let suites = "package(cullet) & binary(verification) - test(/^scenes::/)";
             any.push(format!("({suites})"));
         }
-        let scenes = SCENES.iter().map(|(name, _)| *name);
-        let scenes: Vec<&str> = scenes.chain(self.scenes.iter().map(String::as_str)).collect();
-        let scenes = format!("test(/^scenes::(.*::)?({})$/)", scenes.join("|"));
-        any.push(format!("(package(cullet) & binary(verification) & {scenes})"));
+        any.push(scenes);
         any.join(" | ")
     }
 
-    /// Folders of the scenes to run and export; empty if all.
+    /// Folders of the scenes to run and export.
     #[must_use]
     pub fn folders_of_scenes(&self) -> Vec<String> {
-        if self.everything.is_some() {
-            return Vec::new();
-        }
         let names = SCENES.iter().map(|(name, _)| *name);
         let all: BTreeSet<&str> = names.chain(self.scenes.iter().map(String::as_str)).collect();
         all.into_iter().map(|name| name.replace('_', "-")).collect()
     }
 
-    /// What is left out, in words; nothing is if everything runs.
+    /// What is left out, in words: at least the scenes that stand for no family, which only
+    /// `.ci/full` runs.
     #[must_use]
     pub fn left_out(&self) -> String {
+        let others = "scenes that stand for no family".to_owned();
         if self.everything.is_some() {
-            return String::new();
+            return others;
         }
         let mut out = Vec::new();
         for family in ["fracture", "shell", "peridynamics", "membrane"] {
@@ -173,7 +176,7 @@ impl Reach {
         if !(solved || self.verification) {
             out.push("benchmarks and other suites over the program".to_owned());
         }
-        out.push("scenes that stand for no family".to_owned());
+        out.push(others);
         if !self.wheel {
             out.push("the package for Python and its notebooks".to_owned());
         }

@@ -33,7 +33,8 @@ fn a_picture_reaches_no_solver() {
 
 #[test]
 fn documents_reach_the_scenes_of_each_family_and_the_farm_alone() {
-    let reach = of(&["docs/method.md", "CHANGELOG.md", "tests/fast/tidy.rs"]);
+    let reach = of(&["docs/method.md", "CHANGELOG.md", "tests/fast/sizes.rs", ".ci/green"]);
+    assert_eq!(reach.everything, None);
     assert!(reach.crates.is_empty() && !reach.wheel && !reach.exports && !reach.stability);
     assert_eq!(reach.tests().matches("binary(verification)").count(), 1, "{}", reach.tests());
 }
@@ -46,12 +47,19 @@ fn what_is_in_doubt_reaches_everything() {
     for folder in ["proto", "services/model", "services/geometry"] {
         let reach = of(&[&format!("{folder}/src/lib.rs")]);
         assert!(reach.everything.is_some() && reach.wheel && reach.exports, "{folder}");
-        assert_eq!((reach.tests().as_str(), reach.left_out().as_str()), (ALL, ""));
+        all(&reach);
     }
-    assert_eq!(Reach::everything("no base").tests(), ALL);
+    all(&Reach::everything("no base"));
 }
 
-const ALL: &str = "binary(farm) | binary(verification)";
+/// All suites, and of the scenes those that stand for a family.
+fn all(reach: &Reach) {
+    let tests = reach.tests();
+    let suites = "binary(farm) | (binary(verification) - (package(cullet) & test(/^scenes::/))) | ";
+    assert!(tests.starts_with(suites) && tests.contains("?(pot|pane|"), "{tests}");
+    assert_eq!(reach.folders_of_scenes().len(), SCENES.len());
+    assert_eq!(reach.left_out(), "scenes that stand for no family");
+}
 
 #[test]
 fn a_scene_that_changed_is_run() {
