@@ -68,7 +68,7 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
 }
 
 /// The jobs that a log says were lost and that it does not say were solved since.
-fn unsolved(log: &Path) -> BTreeSet<String> {
+fn find_unsolved_jobs(log: &Path) -> BTreeSet<String> {
     let mut jobs = BTreeSet::new();
     for line in lines(log) {
         let job = line["job"].as_str().unwrap_or_default();
@@ -102,9 +102,9 @@ fn windows_of_sheets_go_through_kills_to_the_digest_of_a_quiet_run() {
     let mut run = started("3", &out, Some(&log));
     let mut killed = 0;
     while killed < 6 && !run.ended() {
-        // A window bears two losses. None has a second one here: what was lost is solved before
-        // the next worker is killed, however long that takes.
-        if let Some(worker) = busy(run.id()).filter(|_| unsolved(&log).is_empty()) {
+        // A window bears two losses: what was lost is solved before the next worker is killed,
+        // however long that takes.
+        if let Some(worker) = busy(run.id()).filter(|_| find_unsolved_jobs(&log).is_empty()) {
             signal(worker, "KILL");
             killed += 1;
             sleep(Duration::from_millis(500));

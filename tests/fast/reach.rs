@@ -47,13 +47,13 @@ fn what_is_in_doubt_reaches_everything() {
     for folder in ["proto", "services/model", "services/geometry"] {
         let reach = of(&[&format!("{folder}/src/lib.rs")]);
         assert!(reach.everything.is_some() && reach.wheel && reach.exports, "{folder}");
-        all(&reach);
+        assert_all_suites(&reach);
     }
-    all(&Reach::everything("no base"));
+    assert_all_suites(&Reach::everything("no base"));
 }
 
 /// All suites, and of the scenes those that stand for a family.
-fn all(reach: &Reach) {
+fn assert_all_suites(reach: &Reach) {
     let tests = reach.tests();
     let suites = "binary(farm) | (binary(verification) - (package(cullet) & test(/^scenes::/))) | ";
     assert!(tests.starts_with(suites) && tests.contains("?(pot|pane|"), "{tests}");
