@@ -1,6 +1,6 @@
 //! What a change can reach: from the files that changed and from the table of who may use whom to
 //! the suites that must run. Whatever is in doubt runs, but of the scenes those that stand for a
-//! family.
+//! family, and of long series those of crates that changed themselves.
 
 use crate::house::MAY_USE;
 use std::collections::BTreeSet;
@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 /// A scene and the family of solvers or the feature that it stands for. Each family is there once.
 pub const SCENES: [(&str, &str); 12] = [
     ("pot", "brittle"),
-    ("pane", "shell"),
+    ("bulb", "shell"),
     ("shower", "toughened glass"),
     ("windscreen", "laminated glass"),
     ("can", "sheet metal"),
@@ -21,6 +21,24 @@ pub const SCENES: [(&str, &str); 12] = [
     ("vases", "directed pieces"),
 ];
 
+/// Tests that take more than a minute of a core, for they are series over speeds, seeds or grids, by
+/// package: only `.ci/full` runs them, and whoever changes the crate beside them.
+pub const LONG: [(&str, &str, &str); 5] = [
+    ("services/fracture", "cullet", "specimens::cracks_go_where_and_as_far_as_they_must"),
+    (
+        "services/fracture",
+        "cullet",
+        "specimens::fast_cracks_keep_below_their_speed_and_some_branch",
+    ),
+    ("services/shell", "cullet-shell", "radials::d9_radial_cracks_by_speed"),
+    ("services/shell", "cullet-shell", "tear::s16_a_trouser_tear_costs_its_energy"),
+    (
+        "services/shell",
+        "cullet-shell",
+        "treated::laminated_glass_stays_one_body_with_its_cracks_in_it",
+    ),
+];
+
 /// Crates that nearly everything is made of, by folder: a change of one reaches all.
 const FOUNDATION: [&str; 3] = ["proto", "services/model", "services/geometry"];
 
@@ -29,6 +47,8 @@ const FOUNDATION: [&str; 3] = ["proto", "services/model", "services/geometry"];
 pub struct Reach {
     /// Why all suites must run, if they must.
     pub everything: Option<String>,
+    /// Folders of the crates that changed.
+    pub changed: BTreeSet<String>,
     /// Folders of the crates that the change reaches.
     pub crates: BTreeSet<String>,
     /// Tests of scenes that changed, as `scenes::NAME` has them.
@@ -90,6 +110,7 @@ impl Reach {
 
     /// Adds who uses what is reached, until nobody is added.
     fn close(&mut self) {
+        self.changed.clone_from(&self.crates);
         if let Some(at) = FOUNDATION.into_iter().find(|at| self.crates.contains(*at)) {
             self.everything = Some(format!("{at} changed, which nearly everything is made of"));
         }
@@ -124,11 +145,26 @@ impl Reach {
         let scenes: Vec<&str> = scenes.chain(self.scenes.iter().map(String::as_str)).collect();
         let scenes = format!("test(/^scenes::(.*::)?({})$/)", scenes.join("|"));
         let scenes = format!("(package(cullet) & binary(verification) & {scenes})");
+        let any = self.suites().join(" | ");
+        let long: Vec<String> = self
+            .long()
+            .map(|(_, package, test)| format!("package({package}) & test(={test})"))
+            .collect();
+        let any = if long.is_empty() { any } else { format!("({any}) - ({})", long.join(" | ")) };
+        format!("{any} | {scenes}")
+    }
+
+    /// Long series that need not run.
+    fn long(&self) -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
+        LONG.into_iter().filter(|(folder, ..)| !self.changed.contains(*folder))
+    }
+
+    /// Suites to run, besides scenes, as filters.
+    fn suites(&self) -> Vec<String> {
         let mut any = vec!["binary(farm)".to_owned()];
         if self.everything.is_some() {
-            let others = "(binary(verification) - (package(cullet) & test(/^scenes::/)))";
-            any.extend([others.to_owned(), scenes]);
-            return any.join(" | ");
+            any.push("(binary(verification) - (package(cullet) & test(/^scenes::/)))".to_owned());
+            return any;
         }
         for family in ["fracture", "shell", "peridynamics", "membrane"] {
             if self.has(family) {
@@ -143,8 +179,7 @@ impl Reach {
             let suites = "package(cullet) & binary(verification) - test(/^scenes::/)";
             any.push(format!("({suites})"));
         }
-        any.push(scenes);
-        any.join(" | ")
+        any
     }
 
     /// Folders of the scenes to run and export.
@@ -159,7 +194,8 @@ impl Reach {
     /// `.ci/full` runs.
     #[must_use]
     pub fn left_out(&self) -> String {
-        let others = "scenes that stand for no family".to_owned();
+        let long = if self.long().next().is_some() { " and long series" } else { "" };
+        let others = format!("scenes that stand for no family{long}");
         if self.everything.is_some() {
             return others;
         }

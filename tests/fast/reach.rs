@@ -1,7 +1,7 @@
 //! What a change can reach: each kind of change once, and that the scenes which stand for the
 //! families are tests that exist.
 
-use cullet_tests::reach::{Reach, SCENES};
+use cullet_tests::reach::{LONG, Reach, SCENES};
 use cullet_tests::{files, root};
 use std::fs;
 
@@ -27,7 +27,7 @@ fn a_picture_reaches_no_solver() {
     let tests = reach.tests();
     assert_eq!((reach.everything.as_ref(), reach.exports, reach.wheel), (None, true, false));
     assert!(!tests.contains("package(cullet-shell)") && tests.contains("binary(farm)"), "{tests}");
-    assert!(tests.contains("scenes") && tests.contains("pot|pane"), "{tests}");
+    assert!(tests.contains("scenes") && tests.contains("pot|bulb"), "{tests}");
     assert!(!tests.contains("test(/^scenes::/)"), "{tests}");
 }
 
@@ -55,10 +55,40 @@ fn what_is_in_doubt_reaches_everything() {
 /// All suites, and of the scenes those that stand for a family.
 fn assert_all_suites(reach: &Reach) {
     let tests = reach.tests();
-    let suites = "binary(farm) | (binary(verification) - (package(cullet) & test(/^scenes::/))) | ";
-    assert!(tests.starts_with(suites) && tests.contains("?(pot|pane|"), "{tests}");
+    let suites = "binary(farm) | (binary(verification) - (package(cullet) & test(/^scenes::/)))";
+    assert!(
+        tests.starts_with(&format!("({suites}) - (")) && tests.contains("?(pot|bulb|"),
+        "{tests}"
+    );
+    for (_, package, test) in LONG {
+        assert!(tests.contains(&format!("package({package}) & test(={test})")), "{tests}");
+    }
     assert_eq!(reach.folders_of_scenes().len(), SCENES.len());
-    assert_eq!(reach.left_out(), "scenes that stand for no family");
+    assert_eq!(reach.left_out(), "scenes that stand for no family and long series");
+}
+
+#[test]
+fn long_series_run_where_their_crate_changed() {
+    let reach = of(&["services/shell/src/lib.rs"]);
+    assert!(!reach.tests().contains("d9_radial_cracks"), "{}", reach.tests());
+    assert!(reach.tests().contains("fast_cracks_keep"), "{}", reach.tests());
+    let deeper = of(&["services/fragment/src/lib.rs"]);
+    assert!(deeper.has("shell") && deeper.tests().contains("d9_radial_cracks"), "{deeper:?}");
+    let sources = |package: &str| match package.strip_prefix("cullet-") {
+        Some(name) => root().join("services").join(name).join("tests/verification"),
+        None => root().join("tests/verification"),
+    };
+    for (folder, package, test) in LONG {
+        let (module, name) = test.split_once("::").expect("a test has a module");
+        let path = sources(package).join(format!("{module}.rs"));
+        let text = fs::read_to_string(&path).expect("a module is a file");
+        assert!(
+            text.contains(&format!("fn {name}() {{")),
+            "{name} is no test of {}",
+            path.display()
+        );
+        assert!(root().join(folder).is_dir(), "{folder}");
+    }
 }
 
 #[test]
