@@ -22,7 +22,8 @@ pub const SCENES: [(&str, &str); 12] = [
 ];
 
 /// Tests that take more than a minute of a core, for they are series over speeds, seeds or grids,
-/// by the crate that they test: only `.ci/full` runs them, and whoever changes that crate itself.
+/// by the crate that they test: only `.ci/full` runs them, whoever changes that crate itself, and
+/// whoever changes suites over the program.
 pub const LONG: [(&str, &str); 5] = [
     ("services/fracture", "specimens::cracks_go_where_and_as_far_as_they_must"),
     ("services/fracture", "specimens::fast_cracks_keep_below_their_speed_and_some_branch"),
@@ -147,7 +148,8 @@ impl Reach {
 
     /// Long series that need not run.
     fn long(&self) -> impl Iterator<Item = &'static str> {
-        LONG.into_iter().filter(|(folder, _)| !self.changed.contains(*folder)).map(|(_, test)| test)
+        let runs = |folder: &str| self.verification || self.changed.contains(folder);
+        LONG.into_iter().filter(move |(folder, _)| !runs(folder)).map(|(_, test)| test)
     }
 
     /// Suites to run, besides scenes, as filters.

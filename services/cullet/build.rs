@@ -2,8 +2,8 @@
 //! shipped. Without a repository or without git the commit is unknown; packagers name it in
 //! `CULLET_COMMIT`. No path of the machine that builds gets into the program.
 //!
-//! Functions with the same code are linked once where the linker is the compiler's own: one in
-//! twenty bytes less. Nothing here compares addresses of functions.
+//! Functions with the same code are linked once where the linker is the compiler's own, which makes
+//! the program smaller. Nothing here compares addresses of functions.
 
 use std::env;
 use std::fmt::Write as _;

@@ -75,6 +75,8 @@ fn long_series_run_where_their_crate_changed() {
     assert!(reach.tests().contains("fast_cracks_keep"), "{}", reach.tests());
     let deeper = of(&["services/fragment/src/lib.rs"]);
     assert!(deeper.has("shell") && deeper.tests().contains("d9_radial_cracks"), "{deeper:?}");
+    let own = of(&["tests/verification/specimens.rs"]);
+    assert!(!own.tests().contains("fast_cracks_keep"), "{}", own.tests());
     for (folder, test) in LONG {
         let (module, name) = test.split_once("::").expect("a test has a module");
         let own = root().join(folder).join(format!("tests/verification/{module}.rs"));
