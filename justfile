@@ -12,7 +12,7 @@ build:
 fast:
     cargo test --locked --release --workspace --lib --bins --test fast --test smoke
 
-# Run all tests: fast, farm, verification, and the programs in the documentation
+# Run the tests that are not long: fast, farm, verification, and the programs in the documentation
 test:
     cargo test --release --workspace
 

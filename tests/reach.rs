@@ -21,15 +21,29 @@ pub const SCENES: [(&str, &str); 12] = [
     ("vases", "directed pieces"),
 ];
 
-/// Tests that take more than a minute of a core, for they are series over speeds, seeds or grids,
-/// by the crate that they test: only `.ci/full` runs them, whoever changes that crate itself, and
-/// whoever changes suites over the program.
-pub const LONG: [(&str, &str); 5] = [
-    ("services/fracture", "specimens::cracks_go_where_and_as_far_as_they_must"),
-    ("services/fracture", "specimens::fast_cracks_keep_below_their_speed_and_some_branch"),
-    ("services/shell", "radials::d9_radial_cracks_by_speed"),
-    ("services/shell", "tear::s16_a_trouser_tear_costs_its_energy"),
-    ("services/shell", "treated::laminated_glass_stays_one_body_with_its_cracks_in_it"),
+/// Crates that the farm's long tests are about.
+const POOL: [&str; 7] = [
+    "proto",
+    "services/coordinator",
+    "services/dispatch",
+    "services/pool",
+    "services/record",
+    "services/tls",
+    "services/worker",
+];
+
+/// Where long tests are, as a filter of `cargo nextest`, and the crates whose own change runs them.
+/// A long test is marked `#[ignore = "long"]`; `.ci/full` runs all of them.
+pub const LONG: [(&str, &[&str]); 9] = [
+    ("binary_id(cullet::farm)", &POOL),
+    ("package(cullet-fracture)", &["services/fracture"]),
+    ("package(cullet-fragment)", &["services/fragment"]),
+    ("package(cullet-geometry)", &["services/geometry"]),
+    ("package(cullet-peridynamics)", &["services/peridynamics"]),
+    ("package(cullet-shell)", &["services/shell"]),
+    ("test(/^coupling::/)", &["services/coordinator", "services/plan", "services/world"]),
+    ("test(/^fidelity::/)", &["services/coordinator", "services/plan"]),
+    ("test(/^specimens::/)", &["services/fracture", "services/specimen"]),
 ];
 
 /// Crates that nearly everything is made of, by folder: a change of one reaches all.
@@ -48,6 +62,8 @@ pub struct Reach {
     pub scenes: BTreeSet<String>,
     /// Whether files of the stability suite changed.
     pub stability: bool,
+    /// Whether files of the farm's suites changed.
+    pub farm: bool,
     /// Whether files of the suites over the program changed.
     pub verification: bool,
     /// Whether the package for Python must be tested.
@@ -81,7 +97,8 @@ impl Reach {
             (_, _) if path.ends_with(".md") && head != "services" => {
                 self.wheel |= path == "docs/tutorials/python.md";
             }
-            ("docs" | "deploy", _) | ("tests", "fast" | "farm" | "smoke") | (".ci", "green") => {}
+            ("docs" | "deploy", _) | ("tests", "fast" | "smoke") | (".ci", "green") => {}
+            ("tests", "farm") => self.farm = true,
             ("justfile" | "_typos.toml" | ".editorconfig" | ".gitignore", "") => {}
             (name, "") if name.starts_with("LICENSE") => {}
             ("scenes", name) if parts.next().is_some() => {
@@ -138,18 +155,21 @@ impl Reach {
         let scenes: Vec<&str> = scenes.chain(self.scenes.iter().map(String::as_str)).collect();
         let scenes = format!("test(/^scenes::(.*::)?({})$/)", scenes.join("|"));
         let scenes = format!("(package(cullet) & binary(verification) & {scenes})");
-        let mut any = self.suites().join(" | ");
-        let long: Vec<String> = self.long().map(|test| format!("test(={test})")).collect();
-        if any.contains("verification") && !long.is_empty() {
-            any = format!("({any}) - ({})", long.join(" | "));
-        }
-        format!("{any} | {scenes}")
+        format!("{} | {scenes}", self.suites().join(" | "))
     }
 
-    /// Long series that need not run.
-    fn long(&self) -> impl Iterator<Item = &'static str> {
-        let runs = |folder: &str| self.verification || self.changed.contains(folder);
-        LONG.into_iter().filter(move |(folder, _)| !runs(folder)).map(|(_, test)| test)
+    /// The long tests to run, as a filter of `cargo nextest`: those of crates that changed
+    /// themselves, and those of suites over the program that changed or that are about such crates.
+    #[must_use]
+    pub fn long_tests(&self) -> String {
+        let runs = |tests: &str, crates: &[&str]| {
+            crates.iter().any(|folder| self.changed.contains(*folder))
+                || (self.verification && tests.starts_with("test("))
+                || (self.farm && tests.starts_with("binary_id("))
+        };
+        let any = LONG.into_iter().filter(|(tests, crates)| runs(tests, crates));
+        let any: Vec<&str> = any.map(|(tests, _)| tests).collect();
+        if any.is_empty() { "none()".to_owned() } else { any.join(" | ") }
     }
 
     /// Suites to run, besides scenes, as filters.
@@ -187,8 +207,8 @@ impl Reach {
     /// `.ci/full` runs.
     #[must_use]
     pub fn left_out(&self) -> String {
-        let long = if self.long().next().is_some() { " and long series" } else { "" };
-        let others = format!("scenes that stand for no family{long}");
+        let others =
+            "scenes that stand for no family, long tests of what did not change".to_owned();
         if self.everything.is_some() {
             return others;
         }

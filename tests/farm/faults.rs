@@ -84,6 +84,7 @@ fn find_unsolved_jobs(log: &Path) -> BTreeSet<String> {
 /// A window is a pure job: two sheets and twenty bodies go through deaths of workers to the digest
 /// of one worker that nobody disturbs.
 #[test]
+#[ignore = "long"]
 fn windows_of_sheets_go_through_kills_to_the_digest_of_a_quiet_run() {
     let _left = common::left::NobodyLeft::watch();
     let (quiet, out) = (unique("sheets-quiet"), unique("sheets-killed"));

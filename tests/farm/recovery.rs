@@ -212,6 +212,7 @@ const FINE: [&str; 2] = ["--set", "fracture.max_particles=24000"];
 
 /// Others are idle, and get none of it.
 #[test]
+#[ignore = "long"]
 fn what_is_at_work_when_the_coordinator_ends_is_not_begun_anew() {
     let _left = common::left::NobodyLeft::watch();
     let mut farm = Farm::start(unique("orphans"), 3);
@@ -321,6 +322,7 @@ fn a_run_that_is_cancelled_before_it_is_done_again_ends_its_job_at_its_worker() 
 /// Two runs want one job, and the coordinator is killed; the next life runs one at a time. The one
 /// that has taken the job up again is cancelled: it goes on for the other.
 #[test]
+#[ignore = "long"]
 fn a_job_goes_on_for_the_next_heir_when_the_first_is_cancelled() {
     let _left = common::left::NobodyLeft::watch();
     let mut farm = Farm::start(unique("heirs"), 2);

@@ -4,6 +4,7 @@
 use cullet_tests::house::MAY_USE;
 use cullet_tests::reach::{LONG, Reach, SCENES};
 use cullet_tests::{files, root};
+use std::collections::BTreeSet;
 use std::fs;
 
 fn of(changed: &[&str]) -> Reach {
@@ -57,39 +58,60 @@ fn what_is_in_doubt_reaches_everything() {
 fn assert_all_suites(reach: &Reach) {
     let tests = reach.tests();
     let suites = "binary(farm) | (binary(verification) - (package(cullet) & test(/^scenes::/)))";
-    assert!(
-        tests.starts_with(&format!("({suites}) - (")) && tests.contains("?(pot|bulb|"),
-        "{tests}"
-    );
-    for (_, test) in LONG {
-        assert!(tests.contains(&format!("test(={test})")), "{tests}");
-    }
+    assert!(tests.starts_with(suites) && tests.contains("?(pot|bulb|"), "{tests}");
     assert_eq!(reach.folders_of_scenes().len(), SCENES.len());
-    assert_eq!(reach.left_out(), "scenes that stand for no family and long series");
+    let left_out = "scenes that stand for no family, long tests of what did not change";
+    assert_eq!(reach.left_out(), left_out);
 }
 
 #[test]
-fn long_series_run_where_their_crate_changed() {
-    let reach = of(&["services/shell/src/lib.rs"]);
-    assert!(!reach.tests().contains("d9_radial_cracks"), "{}", reach.tests());
-    assert!(reach.tests().contains("fast_cracks_keep"), "{}", reach.tests());
-    let deeper = of(&["services/fragment/src/lib.rs"]);
-    assert!(deeper.has("shell") && deeper.tests().contains("d9_radial_cracks"), "{deeper:?}");
-    let own = of(&["tests/verification/specimens.rs"]);
-    assert!(!own.tests().contains("fast_cracks_keep"), "{}", own.tests());
-    for (folder, test) in LONG {
-        let (module, name) = test.split_once("::").expect("a test has a module");
-        let own = root().join(folder).join(format!("tests/verification/{module}.rs"));
-        let path = Some(own).filter(|own| own.is_file());
-        let path = path.unwrap_or_else(|| root().join(format!("tests/verification/{module}.rs")));
-        let text = fs::read_to_string(&path).expect("a module is a file");
-        assert!(
-            text.contains(&format!("fn {name}() {{")),
-            "{name} is no test of {}",
-            path.display()
-        );
-        assert!(MAY_USE.iter().any(|(crate_of, _)| *crate_of == folder), "{folder}");
+fn long_tests_run_where_their_crate_changed() {
+    let long = |path: &str| of(&[path]).long_tests();
+    assert_eq!(long("services/shell/src/lib.rs"), "package(cullet-shell)");
+    assert_eq!(long("services/view/src/lib.rs"), "none()");
+    assert_eq!(long("services/geometry/src/lib.rs"), "package(cullet-geometry)");
+    let solver = "package(cullet-fracture) | test(/^specimens::/)";
+    assert_eq!(long("services/fracture/src/lib.rs"), solver);
+    assert_eq!(long("services/worker/src/lib.rs"), "binary_id(cullet::farm)");
+    assert_eq!(long("tests/farm/history.rs"), "binary_id(cullet::farm)");
+    let suites = "test(/^coupling::/) | test(/^fidelity::/) | test(/^specimens::/)";
+    assert_eq!(long("tests/verification/specimens.rs"), suites);
+    for (_, crates) in LONG {
+        for folder in crates {
+            assert!(MAY_USE.iter().any(|(name, _)| name == folder), "{folder}");
+        }
     }
+}
+
+/// Every ignored test is a long one that `LONG` finds, and whatever `LONG` names has one.
+#[test]
+fn what_is_ignored_is_long_and_known() {
+    let mut found = BTreeSet::new();
+    let mut strange = Vec::new();
+    for file in files(&root(), &[".rs"]) {
+        let text = fs::read_to_string(&file).expect("a source file is readable");
+        if !text.contains("\n#[ignore") {
+            continue;
+        }
+        let path = file.strip_prefix(root()).expect("below the root").display().to_string();
+        let mut parts = path.split('/');
+        let filter = match (parts.next(), parts.next(), parts.next()) {
+            (Some("services"), Some(name), _) => format!("package(cullet-{name})"),
+            (Some("tests"), Some("verification"), Some(name)) => {
+                format!("test(/^{}::/)", name.trim_end_matches(".rs"))
+            }
+            (Some("tests"), Some("farm"), _) => "binary_id(cullet::farm)".to_owned(),
+            _ => path.clone(),
+        };
+        let marks = text.matches("\n#[ignore").count();
+        let long = text.matches("\n#[ignore = \"long\"]\nfn ").count();
+        if marks != long || !LONG.iter().any(|(tests, _)| *tests == filter) {
+            strange.push(path);
+        }
+        found.insert(filter);
+    }
+    assert_eq!(strange, Vec::<String>::new());
+    assert!(LONG.iter().all(|(tests, _)| found.contains(*tests)), "{found:?}");
 }
 
 #[test]

@@ -14,6 +14,7 @@ fn main() {
     let lines = [
         format!("everything={}", quoted(reach.everything.as_deref().unwrap_or(""))),
         format!("tests={}", quoted(&reach.tests())),
+        format!("long={}", quoted(&reach.long_tests())),
         format!("scenes={}", quoted(&reach.folders_of_scenes().join(" "))),
         format!("left_out={}", quoted(&reach.left_out())),
         format!("wheel={}", u8::from(reach.wheel)),
