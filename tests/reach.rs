@@ -34,11 +34,8 @@ const POOL: [&str; 7] = [
 
 /// Where long tests are, as a filter of `cargo nextest`, and the crates whose own change runs them.
 /// A long test is marked `#[ignore = "long"]`; `.ci/full` runs all of them.
-pub const LONG: [(&str, &[&str]); 9] = [
+pub const LONG: [(&str, &[&str]); 6] = [
     ("binary_id(cullet::farm)", &POOL),
-    ("package(cullet-fracture)", &["services/fracture"]),
-    ("package(cullet-fragment)", &["services/fragment"]),
-    ("package(cullet-geometry)", &["services/geometry"]),
     ("package(cullet-peridynamics)", &["services/peridynamics"]),
     ("package(cullet-shell)", &["services/shell"]),
     ("test(/^coupling::/)", &["services/coordinator", "services/plan", "services/world"]),

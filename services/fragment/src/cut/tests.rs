@@ -395,7 +395,6 @@ fn a_band_on_the_lattice_leaves_no_degenerate_faces() {
 }
 
 #[test]
-#[ignore = "long"]
 fn parts_with_relief_fit_and_add_up() {
     // F34: every corner of a crack face lies on a face of another part, to rounding.
     let h = 0.08;

@@ -117,7 +117,6 @@ fn thickening_and_finding_again_is_the_identity() {
 }
 
 #[test]
-#[ignore = "long"]
 fn what_is_no_wall_is_refused_with_its_figure() {
     let refused = |mesh: &TriMesh, spacing: f64| WallSurface::of_mesh(mesh, spacing).unwrap_err();
     let ball = sphere(0.05, Detail::default()).unwrap();

@@ -143,7 +143,6 @@ fn grid(nx: u32, ny: u32, edge: f64, place: impl Fn(f64, f64) -> Vec3) -> WallSu
 }
 
 #[test]
-#[ignore = "long"]
 fn a_bottle_is_divided_evenly() {
     let mut profile = vec![[0.0, 0.0], [0.010, 0.0], [0.020, 0.0]];
     profile.extend(arc([0.027, 0.010], 0.010, -90.0, 0.0, 6));

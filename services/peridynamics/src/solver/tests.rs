@@ -210,7 +210,6 @@ fn middle(found: &Fragmentation) -> Vec3 {
 
 /// The points carry what presses gave them.
 #[test]
-#[ignore = "long"]
 fn points_carry_what_was_given() {
     let mut problem = panel(GLASS, BondedSolid::default(), 20.0);
     problem.impacts[0].point = Vec3::new(0.02, -0.01, 0.01);
@@ -227,7 +226,6 @@ fn points_carry_what_was_given() {
 
 /// The same bits on any processor, with any number of threads.
 #[test]
-#[ignore = "long"]
 fn outcomes_do_not_depend_on_threads_and_processors() {
     let found = |level| {
         let mut problem = panel(GLASS, BondedSolid::default(), 40.0);

@@ -75,7 +75,6 @@ fn euler(mesh: &TriMesh) -> i64 {
 /// The plate has a hole, and what was there flies on; nothing of its volume, of the momentum or of
 /// the energy is lost, and threads and processors make no difference.
 #[test]
-#[ignore = "long"]
 fn a_fast_ball_pierces_a_plate() {
     let found = pierced(SimdLevel::best());
     let plate = &found.fragments[0].solid.mesh;
@@ -110,7 +109,6 @@ fn a_fast_ball_pierces_a_plate() {
 
 /// What tears over a support is pressed on both sides.
 #[test]
-#[ignore = "long"]
 fn a_plate_tears_over_its_support() {
     let mut problem = plate(500.0);
     let (point, normal) = (Vec3::new(0.0, 0.0, -0.0045), Vec3::z());

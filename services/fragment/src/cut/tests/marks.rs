@@ -33,7 +33,6 @@ fn quarters(detail: CrackFaceDetail) -> Vec<CutPart> {
 }
 
 #[test]
-#[ignore = "long"]
 fn both_sides_of_a_crack_have_equal_values_at_equal_places() {
     let rough = CrackFaceDetail { height: 0.3, grain: 0.1, ..CrackFaceDetail::NONE };
     for detail in [NO_DETAIL, rough] {

@@ -137,7 +137,6 @@ fn a_twisted_bar_resists_with_its_torque() {
 
 /// A bar that is pulled beyond its yield and let go keeps its set; an elastic one does not.
 #[test]
-#[ignore = "long"]
 fn a_plastic_bar_keeps_its_set() {
     let mut sets = Vec::new();
     for yields in [false, true] {

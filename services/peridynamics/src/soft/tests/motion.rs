@@ -27,7 +27,6 @@ fn a_block_falls_as_a_stone_does() {
 
 /// Three turns, near the origin and 100 m from it: momenta and energy stay.
 #[test]
-#[ignore = "long"]
 fn a_spinning_block_keeps_momenta_and_energy_wherever_it_is() {
     let spin = Vec3::new(3.0, -4.0, 18.0);
     let steps = (3.0 * std::f64::consts::TAU / spin.norm() / WORLD_STEP).ceil() as u32;
