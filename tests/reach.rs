@@ -32,12 +32,10 @@ const POOL: [&str; 7] = [
     "services/worker",
 ];
 
-/// Where long tests are, as a filter of `cargo nextest`, and the crates whose own change runs them.
-/// A long test is marked `#[ignore = "long"]`; `.ci/full` runs all of them.
-pub const LONG: [(&str, &[&str]); 6] = [
+/// Where long tests of the suites over the program are, as a filter of `cargo nextest`, and the
+/// crates whose own change runs them. One is marked `#[ignore = "long"]`; `.ci/full` runs all.
+pub const LONG: [(&str, &[&str]); 4] = [
     ("binary_id(cullet::farm)", &POOL),
-    ("package(cullet-peridynamics)", &["services/peridynamics"]),
-    ("package(cullet-shell)", &["services/shell"]),
     ("test(/^coupling::/)", &["services/coordinator", "services/plan", "services/world"]),
     ("test(/^fidelity::/)", &["services/coordinator", "services/plan"]),
     ("test(/^specimens::/)", &["services/fracture", "services/specimen"]),

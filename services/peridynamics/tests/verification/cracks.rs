@@ -34,7 +34,6 @@ pub(crate) fn opened(horizon: f64, law: PeridynamicLaw, normal: Vec3) -> f64 {
 
 /// A plane that is opened costs G_f over its area, whatever its direction, the horizon and ν.
 #[test]
-#[ignore = "long"]
 fn a_plane_that_is_opened_costs_its_energy() {
     let some = [(2.04, 0.25), (3.015, 0.1), (3.015, 0.25), (3.015, 0.4), (4.0, 0.25)];
     for (horizon, poisson) in some {

@@ -47,7 +47,6 @@ fn pulled(horizon: f64, poisson: f64, shake: f64) -> (f64, f64) {
 /// C2: a bar's modulus within 2 % and its ratio within 0.01, for the horizons and ratios of the
 /// catalogue. On points that are no lattice the least horizon has too few bonds a point: 3 %.
 #[test]
-#[ignore = "long"]
 fn c2_a_bar_has_its_moduli() {
     for horizon in HORIZONS {
         for (poisson, shake) in [(0.1, 0.0), (0.25, 0.0), (0.4, 0.0), (0.25, 0.1)] {

@@ -248,7 +248,6 @@ fn strips(
 
 /// K6s: a crack costs its energy, whatever the rows do.
 #[test]
-#[ignore = "long"]
 fn quad_k6s_a_crack_costs_its_energy() {
     use StripMesh::{Along, Irregular, Slanted};
     let work = [Along, Irregular, Slanted]
@@ -267,7 +266,6 @@ fn quad_k6s_a_crack_costs_its_energy() {
 
 /// K6b: so does one in bending. At 2 G_f those that cross rows damage more than their own line.
 #[test]
-#[ignore = "long"]
 fn quad_k6b_a_crack_in_bending_costs_its_energy() {
     use StripMesh::{Along, Irregular, Slanted};
     let work = [Along, Irregular, Slanted]

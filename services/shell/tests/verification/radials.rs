@@ -21,7 +21,6 @@ fn crossings(found: &Fragmentation, radius: f64) -> usize {
 /// D9: n ∝ √V in experiments \[Vandenberghe, Vermorel & Villermaux 2013\]. Held to a star at every
 /// speed; the exponent is printed, and stated in the catalogue.
 #[test]
-#[ignore = "long"]
 fn d9_radial_cracks_by_speed() {
     let mut rows = Vec::new();
     for speed in [2.5_f64, 5.0, 10.0, 20.0] {

@@ -146,7 +146,6 @@ impl Trouser {
 /// a film's tear itself costs what the toughness says. A stiff sheet's costs more: cells beside the
 /// tear are torn with it before their control points part.
 #[test]
-#[ignore = "long"]
 fn s16_a_trouser_tear_costs_its_energy() {
     let film = Trouser {
         cell: 0.5e-3,

@@ -140,7 +140,6 @@ fn heat_strengthened_glass_needs_a_faster_ball() {
 
 /// The plies crack and the film holds them; one that is as good as none lets a plug go.
 #[test]
-#[ignore = "long"]
 fn laminated_glass_stays_one_body_with_its_cracks_in_it() {
     let settings = Settings { spacing: Some(4e-3), ..Settings::default() };
     let problem = pane([0.3, 0.3, 0.008], 0.025, 6.0, settings);
