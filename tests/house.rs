@@ -23,7 +23,7 @@ pub const MAY_USE: &[(&str, &[&str])] = &[
     ("services/document", &["files"]),
     ("services/assets", &["geometry"]),
     ("services/record", &["files", "geometry", "model", "proto", "world"]),
-    ("services/picture", &["geometry", "proto", "record"]),
+    ("services/picture", &["files", "geometry", "proto", "record"]),
     ("services/view", &["proto", "record"]),
     ("services/export", &["files", "geometry", "proto", "record"]),
     ("services/scene", &["assets", "document", "geometry", "model", "plan", "proto", "world"]),

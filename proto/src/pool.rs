@@ -292,6 +292,18 @@ pub enum QuestionRefusal {
     /// The worker has to say [`Hello`] first; after a restart of the coordinator, again.
     #[error("the coordinator does not know this worker")]
     Stranger,
+    /// The session is of a worker of another name.
+    #[error("the session belongs to a worker of another name")]
+    Foreign,
+    /// So many workers of this name are there already.
+    #[error(
+        "{limit} workers of this name, or of all names, are connected already, which is the limit; \
+         give each worker a --name of its own"
+    )]
+    TooManySessions {
+        /// The bound.
+        limit: u64,
+    },
 }
 
 impl QuestionRefusal {
@@ -303,6 +315,8 @@ impl QuestionRefusal {
             Self::TooLarge { .. } => "too_large",
             Self::Malformed(_) => "malformed",
             Self::Stranger => "stranger",
+            Self::Foreign => "foreign",
+            Self::TooManySessions { .. } => "too_many_sessions",
         }
     }
 }
@@ -400,6 +414,7 @@ mod tests {
         );
         golden(refuse(&QuestionRefusal::Unsupported { ours: 1 }), "00000000-0100");
         golden(refuse(&QuestionRefusal::Stranger), "03000000");
+        golden(refuse(&QuestionRefusal::Foreign), "04000000");
         let family = Family { name: "a".into(), single: false, double: true };
         let hello = Hello { session, cores: 2, families: Some(vec![family]), ..Hello::default() };
         let none = format!("01{z}-00{z}-{}-02000000-00000000-00", "00".repeat(32));

@@ -5,7 +5,7 @@
 
 mod workers;
 
-pub use workers::{Drain, Drained, WorkerInfo, Workers};
+pub use workers::{Drain, Drained, WorkerInfo, Workers, WorkersAfter};
 
 use crate::codec::{WireError, limit};
 use serde::de::DeserializeOwned;

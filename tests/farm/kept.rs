@@ -270,3 +270,45 @@ fn a_priority_beyond_all_bounds_is_refused() {
     }
     assert_eq!(farm.runs(), 0);
 }
+
+/// Nobody writes to the pipe: who waited for it would wait without end, and hear no signal.
+#[test]
+fn a_pipe_in_place_of_any_file_of_a_state_folder_holds_nothing_up() {
+    let farm = Farm::start(unique("kept-pipes"));
+    farm.quick();
+    let (endpoint, state) = (farm.endpoint.clone(), farm.crash());
+    let names = [
+        "journal",
+        "numbers",
+        "incarnation",
+        "at-work",
+        "drained",
+        "cullet-state",
+        "lock",
+        "runs/1/log",
+    ];
+    for name in names {
+        let (place, aside) = (state.join(name), state.with_extension("aside"));
+        let there = fs::rename(&place, &aside).is_ok();
+        let made = std::process::Command::new("mkfifo").arg(&place).status();
+        assert!(made.is_ok_and(|made| made.success()), "{name}");
+        let call = ["coordinator", "--listen", &endpoint, "--state"];
+        let mut process = Cullet::new(&call).path(&state).spawn();
+        let ask = || Cullet::new(&["ps", "--connect", &endpoint]).output().code == 0;
+        common::until(name, BOUND, || process.ended() || ask());
+        match process.ended() {
+            true => {
+                let said = process.stderr();
+                assert!(said.contains(name) && said.contains("no regular file"), "{name}: {said}");
+            }
+            false => {
+                signal(process.id(), "TERM");
+                assert_eq!(process.wait(BOUND), Some(0), "{name}");
+            }
+        }
+        fs::remove_file(&place).ok();
+        assert!(!there || fs::rename(&aside, &place).is_ok(), "{name}");
+    }
+    let farm = Farm::start(state);
+    assert_eq!(farm.runs(), 1);
+}

@@ -9,6 +9,7 @@ mod batch;
 mod beginning;
 mod command;
 mod delete;
+mod endings;
 mod examples;
 mod faults;
 mod front;

@@ -458,3 +458,22 @@ fn users_who_fill_the_disk_together_leave_room_for_the_run_that_goes_on() {
     assert_eq!(asks.say(&["wait", "2"]).code, 0);
     assert_eq!(common::fetched("2", &["--connect", &endpoint]), quiet_digest(&quick[..2]));
 }
+
+/// Each of them could keep a handshake for ten seconds.
+#[test]
+fn idle_connections_keep_nobody_out_of_a_port_with_certificates() {
+    let folder = unique("safety-idle");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let roles = "workers = [\"w1\"]\nusers = [\"ann\"]\n";
+    fs::write(folder.join("roles.toml"), roles).expect("a file");
+    common::certificates(&folder, &["coordinator", "ann"], &[]);
+    let endpoint = common::free_endpoint().replace("tcp/", "tls/");
+    let _coordinator = coordinator(&endpoint, &folder);
+    until("it is there", LONG, || ask(&endpoint, &folder.join("ann")).code == 0);
+    let place = endpoint.trim_start_matches("tls/");
+    let connect = |_| std::net::TcpStream::connect(place).expect("a connection");
+    let idle: Vec<_> = (0..600).map(connect).collect();
+    let said = ask(&endpoint, &folder.join("ann"));
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    drop(idle);
+}

@@ -8,7 +8,7 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("rapier3d_f64", &["services/world/src/rigid"]),
     ("parry3d_f64", &["services/world/src/rigid"]),
     ("manifold_rust", &["services/geometry/src/boolean"]),
-    ("spade::", &["services/membrane/src/surface"]),
+    ("spade::", &["services/geometry/src/polygon.rs", "services/membrane/src/surface"]),
     ("bincode::", &["proto/src/codec.rs"]),
     ("zenoh::", &["services/pool/src", "services/worker/src/link"]),
     ("mcap::", &["services/record/src"]),
@@ -16,6 +16,21 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("hyper::", &["services/web/src"]),
     ("axum::", &["services/web/src"]),
     ("tungstenite::", &["services/web/src"]),
+    // Commands write through `cullet_files::output`, which spares recordings. Others write files of
+    // their own: recordings, what is fetched and served, logs, knobs of the system.
+    ("fs::write(", &["services/cullet/src/doctor.rs", "services/worker/src/job.rs"]),
+    ("fs::copy(", &[]),
+    (
+        "File::create",
+        &[
+            "services/files/src/claim.rs",
+            "services/files/src/output.rs",
+            "services/lab/src/process.rs",
+            "services/pool/src/client.rs",
+            "services/record/src",
+            "services/web/src/reports.rs",
+        ],
+    ),
 ];
 
 /// The folders of crates, and their manifests.

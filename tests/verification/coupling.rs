@@ -248,7 +248,7 @@ fn r9_a_ball_goes_through_metal_as_recht_and_ipson_say() {
         let left = value(rows, "speed left");
         assert!(left > last && left < speed, "{speed} m/s: {left}, after {last}");
         let limit = (speed * speed - left * left).sqrt();
-        assert!((limit / 232.0 - 1.0).abs() < 0.12, "{speed} m/s: {left}, a limit of {limit}");
+        assert!((limit / 225.0 - 1.0).abs() < 0.12, "{speed} m/s: {left}, a limit of {limit}");
         last = left;
     }
 }

@@ -6,7 +6,7 @@ pub enum MeshFileError {
     /// The name's end is no format that is read here.
     #[error(
         "\"{name}\" is no mesh that is read here: those end in .obj, .stl, .ply, .glb, \
-         .json"
+         .gltf, .json"
     )]
     UnknownFormat {
         /// The file's name.
@@ -58,6 +58,14 @@ pub enum MeshFileError {
         count: usize,
         /// The bound.
         limit: usize,
+    },
+    /// A file that it needs is not to be had.
+    #[error(
+        "it needs the file \"{name}\", which is not beside it; one outside its folder is not read"
+    )]
+    Beside {
+        /// The file that it names.
+        name: String,
     },
     /// Something of the format that is not read here.
     #[error("{what} is not read here")]

@@ -1,4 +1,4 @@
-//! Mesh files to triangles: OBJ, STL, PLY, GLB, and NURBS patches as JSON. Bytes in, a mesh or a
+//! Mesh files to triangles: OBJ, STL, PLY, glTF, and NURBS patches as JSON. Bytes in, a mesh or a
 //! typed error out.
 //!
 //! A mesh read here is *what the file says*: equal corners are one vertex and faces without area by
@@ -8,6 +8,7 @@
 
 mod error;
 mod glb;
+mod gltf_file;
 mod hush;
 mod motion;
 mod nurbs;
@@ -15,6 +16,7 @@ mod obj;
 mod ply;
 mod raw;
 mod stl;
+mod text;
 
 #[cfg(test)]
 mod tests;
@@ -29,7 +31,7 @@ use raw::{Extra, Raw};
 use std::collections::BTreeMap;
 
 /// The formats, by the end of the file's name.
-pub const FORMATS: [&str; 5] = ["obj", "stl", "ply", "glb", "json"];
+pub const FORMATS: [&str; 6] = ["obj", "stl", "ply", "glb", "gltf", "json"];
 
 /// The corners that a file lists, in its order, used or not.
 pub struct Corners {
@@ -44,12 +46,21 @@ pub struct Corners {
 /// # Errors
 /// Where and why the bytes are no mesh of that format.
 pub fn read(name: &str, bytes: &[u8]) -> Result<TriMesh, MeshFileError> {
-    read_surface(name, bytes, &mut |_| None).map(|surface| surface.mesh)
+    read_surface(name, bytes, &mut |_| None).map(|file| file.surface.mesh)
 }
 
-/// Reads a mesh with what it has beside its shape; `beside` gives the material library of an OBJ
-/// file. What such a library says is looked at, but nothing in it makes the mesh an error: without
-/// it materials have their names.
+/// A mesh file as it was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshFile {
+    /// The mesh with what it has beside its shape.
+    pub surface: SurfaceAttributes,
+    /// What of the file is left out since it is no surface, with counts, in words.
+    pub left_out: Option<String>,
+}
+
+/// Reads a mesh with what it has beside its shape; `beside` gives the material libraries of an OBJ
+/// file and the buffers of a glTF file. What a library says is looked at, but nothing in it makes
+/// the mesh an error: without it materials have their names.
 ///
 /// # Errors
 /// As [`read`].
@@ -57,16 +68,19 @@ pub fn read_surface(
     name: &str,
     bytes: &[u8],
     beside: &mut Beside<'_>,
-) -> Result<SurfaceAttributes, MeshFileError> {
-    match tidy(raw(name, bytes, beside)?) {
+) -> Result<MeshFile, MeshFileError> {
+    let mut read = raw(name, bytes, beside)?;
+    let left_out = std::mem::take(&mut read.left_out).tell();
+    let surface = match tidy(read) {
         // The reader numbered the corners anew.
         Err(MeshFileError::BadCoordinate { value, limit, .. }) if extension(name) == "obj" => {
-            let corners = obj::corners(bytes).vertices;
+            let corners = obj::corners(bytes).map(|raw| raw.vertices).unwrap_or_default();
             let vertex = corners.iter().position(|p| p.iter().any(is_bad)).unwrap_or(0);
             Err(MeshFileError::BadCoordinate { vertex, value, limit })
         }
         surface => surface,
-    }
+    }?;
+    Ok(MeshFile { surface, left_out })
 }
 
 fn is_bad(coordinate: &f64) -> bool {
@@ -80,7 +94,7 @@ fn is_bad(coordinate: &f64) -> bool {
 pub fn corners(name: &str, bytes: &[u8]) -> Result<Corners, MeshFileError> {
     let Raw { vertices, colours, .. } = match extension(name).as_str() {
         // The reader of triangles takes corners in the order of their use.
-        "obj" => obj::corners(bytes),
+        "obj" => obj::corners(bytes)?,
         _ => raw(name, bytes, &mut |_| None)?,
     };
     Ok(Corners { points: vertices, colours })
@@ -93,6 +107,12 @@ fn base(name: &str) -> &str {
 
 fn extension(name: &str) -> String {
     base(name).rsplit_once('.').map_or("", |(_, end)| end).to_lowercase()
+}
+
+/// Whether a file is glTF, binary or as text, by the end of its name: there, y is up.
+#[must_use]
+pub fn is_gltf(name: &str) -> bool {
+    matches!(extension(name).as_str(), "glb" | "gltf")
 }
 
 /// Whether a file's name ends as those that are read.
@@ -114,7 +134,7 @@ fn raw(name: &str, bytes: &[u8], beside: &mut Beside<'_>) -> Result<Raw, MeshFil
         "stl" => stl::read(bytes),
         "ply" => ply::read(bytes),
         "json" => nurbs::read(bytes),
-        _ => glb::read(bytes),
+        _ => glb::read(bytes, beside),
     };
     // The readers are others' code, and files are anybody's: a panic of theirs is an error of the
     // file.

@@ -1,7 +1,8 @@
-//! Animations of binary glTF: how a node moves, with all nodes that it hangs on.
+//! Animations of glTF: how a node moves, with all nodes that it hangs on.
 
-use super::glb::{MAX_DEPTH, malformed, open};
-use super::{MeshFileError, hush};
+use super::glb::MAX_DEPTH;
+use super::gltf_file::{GltfFile, malformed};
+use super::{Beside, MeshFileError, hush};
 use cullet_geometry::motion::{FrameMotion, MotionLink, MotionTrack, TrackError};
 use cullet_geometry::{Pose, Quat};
 use gltf::animation::util::ReadOutputs;
@@ -33,7 +34,7 @@ pub struct NodeMotion {
 /// Why a file has no such motion.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MotionFileError {
-    /// The bytes are no GLB file.
+    /// The bytes are no glTF file.
     #[error(transparent)]
     File(#[from] MeshFileError),
     /// No animation is meant, or one that is not there.
@@ -151,24 +152,31 @@ impl MotionFileError {
     }
 }
 
-/// How a node of a GLB file moves in an animation; in its only one where no name is given.
+/// How a node of a glTF file moves in an animation; in its only one where no name is given.
+/// `beside` gives buffers that lie in files of their own.
 ///
 /// # Errors
 /// Why the file has no such motion, or none that a rigid body can have.
 pub fn node_motion(
     bytes: &[u8],
+    beside: &mut Beside<'_>,
     animation: Option<&str>,
     node: &str,
 ) -> Result<NodeMotion, MotionFileError> {
     // As with meshes: a panic of the reader is an error of the file.
-    hush::hushed(|| read(bytes, animation, node))
+    hush::hushed(|| read(bytes, beside, animation, node))
         .unwrap_or_else(|_| Err(malformed("the reader gave up on these bytes").into()))
 }
 
-fn read(bytes: &[u8], animation: Option<&str>, node: &str) -> Result<NodeMotion, MotionFileError> {
-    let file = open(bytes)?;
-    let chain = chain(&file, node)?;
-    let animation = chosen(&file, animation)?;
+fn read(
+    bytes: &[u8],
+    beside: &mut Beside<'_>,
+    animation: Option<&str>,
+    node: &str,
+) -> Result<NodeMotion, MotionFileError> {
+    let file = GltfFile::open(bytes, beside)?;
+    let chain = chain(&file.document, node)?;
+    let animation = chosen(&file.document, animation)?;
     let name = |of: &gltf::Node<'_>| of.name().unwrap_or_default().to_owned();
     let channels: Vec<Channel<'_>> = animation.channels().collect();
     let above: Vec<usize> = chain.iter().map(gltf::Node::index).collect();
@@ -186,7 +194,6 @@ fn read(bytes: &[u8], animation: Option<&str>, node: &str) -> Result<NodeMotion,
         let moved = moved.into_iter().filter(|name| !name.is_empty()).collect();
         return Err(MotionFileError::Still { node: node.to_owned(), moved });
     }
-    let blob = file.blob.as_deref().unwrap_or(&[]);
     let (mut links, mut still) = (Vec::new(), Vec::new());
     let mut scale = [1.0; 3];
     for (depth, node) in chain.iter().enumerate() {
@@ -202,7 +209,7 @@ fn read(bytes: &[u8], animation: Option<&str>, node: &str) -> Result<NodeMotion,
         let mut link = at_rest.link();
         still.push(link.clone());
         for channel in of_node {
-            moved(&mut link, channel, scale, blob, last)?;
+            moved(&mut link, channel, scale, &file, last)?;
         }
         links.push(link);
     }
@@ -211,7 +218,10 @@ fn read(bytes: &[u8], animation: Option<&str>, node: &str) -> Result<NodeMotion,
 }
 
 /// A node and those that it hangs on, from the outermost to it.
-fn chain<'a>(file: &'a gltf::Gltf, wanted: &str) -> Result<Vec<gltf::Node<'a>>, MotionFileError> {
+fn chain<'a>(
+    file: &'a gltf::Document,
+    wanted: &str,
+) -> Result<Vec<gltf::Node<'a>>, MotionFileError> {
     let named: Vec<gltf::Node<'a>> =
         file.nodes().filter(|node| node.name() == Some(wanted)).collect();
     let [node] = &named[..] else {
@@ -243,7 +253,7 @@ fn chain<'a>(file: &'a gltf::Gltf, wanted: &str) -> Result<Vec<gltf::Node<'a>>, 
 }
 
 fn chosen<'a>(
-    file: &'a gltf::Gltf,
+    file: &'a gltf::Document,
     wanted: Option<&str>,
 ) -> Result<gltf::Animation<'a>, MotionFileError> {
     let all = || file.animations();
@@ -343,13 +353,13 @@ fn moved(
     link: &mut MotionLink,
     channel: &Channel<'_>,
     scale: [f64; 3],
-    blob: &[u8],
+    file: &GltfFile,
     last: bool,
 ) -> Result<(), MotionFileError> {
     let node = channel.target().node().name().unwrap_or_default().to_owned();
     let unlike = |what| MotionFileError::Unlike { node: node.clone(), what };
     counted(channel)?;
-    let reader = channel.reader(|_| Some(blob));
+    let reader = channel.reader(|buffer| file.bytes(&buffer));
     let (Some(times), Some(values)) = (reader.read_inputs(), reader.read_outputs()) else {
         return Err(malformed("a channel of an animation cannot be read").into());
     };

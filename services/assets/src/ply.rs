@@ -1,13 +1,14 @@
 //! PLY, text and binary.
 
-use super::raw::{Raw, fan};
+use super::raw::{Raw, triangles_of, triangles_of_strip};
 use super::{MAX_TRIANGLES, MeshFileError};
 use cullet_geometry::Vec3;
 use ply_rs_bw::parser::{ParseError, Parser};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+use std::borrow::Cow;
 
 /// Most corners of one polygon: a larger one is a broken length.
-const MAX_CORNERS: usize = 1024;
+const MAX_CORNERS: usize = 1 << 16;
 
 /// What is wanted of an element: a point, or the corners of a face.
 #[derive(Default)]
@@ -77,6 +78,8 @@ fn indices(property: &Property) -> Option<Vec<i64>> {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
+    let mut raw = Raw::default();
+    let bytes = known_header(bytes);
     let parser = Parser::<Element>::new();
     let header = parser.read_ply_header(&mut &bytes[..]).map_err(|error| malformed(&error))?;
     for (name, element) in &header.elements {
@@ -87,8 +90,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         }
     }
     let file = parser.read_ply(&mut &bytes[..]).map_err(|error| malformed(&error))?;
-    let mut raw = Raw::default();
-    for (vertex, element) in file.payload.get("vertex").into_iter().flatten().enumerate() {
+    let all = |name: &str| file.payload.get(name).into_iter().flatten();
+    for (vertex, element) in all("vertex").enumerate() {
         let [Some(x), Some(y), Some(z)] = element.point else {
             let reason = format!("corner {vertex} has no x, y, z");
             return Err(MeshFileError::Malformed { line: None, reason });
@@ -98,29 +101,87 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
             raw.colours.push([red, green, blue]);
         }
     }
-    for (face, element) in file.payload.get("face").into_iter().flatten().enumerate() {
+    for (face, element) in all("face").enumerate() {
         let corners = element.corners.as_deref().unwrap_or(&[]);
-        if !(3..=MAX_CORNERS).contains(&corners.len()) {
-            let reason = format!("face {face} has {} corners", corners.len());
+        if corners.len() < 3 {
+            raw.left_out.add("face of fewer than three corners");
+            continue;
+        }
+        if corners.len() > MAX_CORNERS {
+            let count = corners.len();
+            let reason = format!("face {face} has {count} corners; at most {MAX_CORNERS} are read");
             return Err(MeshFileError::Malformed { line: None, reason });
         }
-        let count = raw.vertices.len();
-        let mut polygon = Vec::with_capacity(corners.len());
-        for &index in corners {
-            match u32::try_from(index) {
-                Ok(small) if (small as usize) < count => polygon.push(small),
-                _ => return Err(MeshFileError::IndexOutOfRange { face, index, count }),
-            }
+        let polygon = known_corners(corners, face, raw.vertices.len())?;
+        for places in triangles_of(&raw.vertices, &polygon) {
+            raw.triangles.push(places.map(|k| polygon[k as usize]));
         }
-        fan(&polygon, &mut raw.triangles);
-        if raw.triangles.len() > MAX_TRIANGLES {
-            let count = raw.triangles.len();
-            return Err(MeshFileError::TooLarge { count, limit: MAX_TRIANGLES });
+        bound(&raw)?;
+    }
+    for (strip, element) in all("tristrips").enumerate() {
+        // One list may have several strips, with a negative number behind each.
+        for run in element.corners.as_deref().unwrap_or(&[]).split(|&index| index < 0) {
+            let run = known_corners(run, strip, raw.vertices.len())?;
+            raw.triangles.extend(triangles_of_strip(&run));
+            bound(&raw)?;
         }
     }
+    raw.left_out.add_all("edge", all("edge").count());
     Ok(raw)
 }
 
+/// The bytes without lines of the header that are none: some programs forget the word `comment`.
+fn known_header(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let words: [&[u8]; 7] =
+        [b"ply", b"format", b"comment", b"obj_info", b"element", b"property", b"end_header"];
+    let first = |line: &[u8]| {
+        let line = line.trim_ascii();
+        line.split(u8::is_ascii_whitespace).next().map(<[u8]>::to_ascii_lowercase)
+    };
+    let mut header = Vec::new();
+    let (mut rest, mut is_known) = (bytes, true);
+    while let Some(end) = rest.iter().position(|&byte| byte == b'\n') {
+        let line;
+        (line, rest) = rest.split_at(end + 1);
+        let word = first(line).unwrap_or_default();
+        if words.contains(&&word[..]) {
+            header.extend_from_slice(line);
+        } else {
+            is_known = false;
+        }
+        if word == b"end_header" {
+            break;
+        }
+    }
+    if is_known {
+        return Cow::Borrowed(bytes);
+    }
+    header.extend_from_slice(rest);
+    Cow::Owned(header)
+}
+
+/// Corners that are there.
+fn known_corners(corners: &[i64], face: usize, count: usize) -> Result<Vec<u32>, MeshFileError> {
+    let known = |&index: &i64| match u32::try_from(index) {
+        Ok(small) if (small as usize) < count => Ok(small),
+        _ => Err(MeshFileError::IndexOutOfRange { face, index, count }),
+    };
+    corners.iter().map(known).collect()
+}
+
+fn bound(raw: &Raw) -> Result<(), MeshFileError> {
+    let count = raw.triangles.len();
+    if count > MAX_TRIANGLES {
+        return Err(MeshFileError::TooLarge { count, limit: MAX_TRIANGLES });
+    }
+    Ok(())
+}
+
 fn malformed(error: &ParseError) -> MeshFileError {
-    MeshFileError::Malformed { line: error.line(), reason: error.to_string() }
+    let reason = error.to_string();
+    // It says the line itself.
+    let said = reason.strip_prefix("Line ").and_then(|rest| rest.split_once(": "));
+    let reason = said.map_or(reason.as_str(), |(_, rest)| rest).lines().next().unwrap_or_default();
+    let reason = format!("this is no PLY file as the format has it: {reason}");
+    MeshFileError::Malformed { line: error.line(), reason }
 }

@@ -3,6 +3,8 @@
 
 use cullet_geometry::Vec3;
 use cullet_geometry::attributes::SurfaceMaterial;
+use cullet_geometry::polygon::triangulate_polygon;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Most triangles of one mesh: a solve needs some ten thousand; ten million would take minutes to
@@ -24,6 +26,7 @@ pub(crate) struct Raw {
     pub(crate) extras: Vec<Extra>,
     pub(crate) materials: Vec<SurfaceMaterial>,
     pub(crate) object_names: Vec<String>,
+    pub(crate) left_out: LeftOut,
 }
 
 /// What a file says of a triangle beside its corners.
@@ -53,9 +56,52 @@ pub(crate) fn unit(normal: [f64; 3]) -> Option<[f32; 3]> {
     sound.then(|| normal.map(|x| (x / length) as f32))
 }
 
-/// The triangles of a polygon, as a fan from its first corner.
-pub(crate) fn fan(polygon: &[u32], triangles: &mut Vec<[u32; 3]>) {
-    for pair in polygon.windows(2).skip(1) {
-        triangles.push([polygon[0], pair[0], pair[1]]);
+/// The triangles of a polygon of these points, as places in it.
+pub(crate) fn triangles_of(points: &[Vec3], polygon: &[u32]) -> Vec<[u32; 3]> {
+    if polygon.len() == 3 {
+        return vec![[0, 1, 2]];
+    }
+    let corners: Vec<Vec3> = polygon.iter().map(|&at| points[at as usize]).collect();
+    triangulate_polygon(&corners)
+}
+
+/// The triangles of a strip: each corner with the two before it, every other one turned over.
+pub(crate) fn triangles_of_strip(strip: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    let turned = |(k, of): (usize, &[u32])| {
+        if k % 2 == 0 { [of[0], of[1], of[2]] } else { [of[0], of[2], of[1]] }
+    };
+    strip.windows(3).enumerate().map(turned)
+}
+
+/// How many elements of a file are left out, by kind: they are no surface.
+#[derive(Default)]
+pub(crate) struct LeftOut(BTreeMap<&'static str, usize>);
+
+impl LeftOut {
+    pub(crate) fn add(&mut self, kind: &'static str) {
+        self.add_all(kind, 1);
+    }
+
+    pub(crate) fn add_all(&mut self, kind: &'static str, count: usize) {
+        if count > 0 {
+            *self.0.entry(kind).or_default() += count;
+        }
+    }
+
+    /// What is left out, in words; nothing if nothing is.
+    pub(crate) fn tell(&self) -> Option<String> {
+        let counted = self.0.iter().map(|(kind, count)| {
+            let (word, rest) =
+                kind.split_once(' ').map_or((*kind, ""), |(word, rest)| (word, rest));
+            let gap = if rest.is_empty() { "" } else { " " };
+            format!("{count} {word}{}{gap}{rest}", if *count == 1 { "" } else { "s" })
+        });
+        let all: Vec<String> = counted.collect();
+        let (last, others) = all.split_last()?;
+        let list = match others {
+            [] => last.clone(),
+            _ => format!("{} and {last}", others.join(", ")),
+        };
+        Some(format!("{list} left out, which are no surface"))
     }
 }

@@ -1,5 +1,7 @@
 //! Each format gives the same solid, and no bytes make a reader panic.
 
+mod arranged;
+mod loose;
 mod motion;
 mod surface;
 

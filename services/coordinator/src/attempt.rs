@@ -9,15 +9,16 @@ use super::store::Kept;
 use super::timeline::RunHistory;
 use cullet_files::clock::unix_ms;
 use cullet_files::output::UNFINISHED;
+use cullet_files::regular;
 use cullet_pool::bundle;
 use cullet_proto::service::{FileInfo, Position, codes, hex_of};
 use cullet_run::{News, Outcome, RunError, RunOptions, run};
-use cullet_scene::{Scene, load_bundle};
-use std::fs::{self, File};
+use cullet_scene::{Scene, load_bundle_until};
+use std::fs;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// What a run leaves to be fetched; one that was cut off has its recording as far as it was
@@ -65,6 +66,12 @@ impl Ended {
         let end = RunEnd { code: Some(code), text, ..RunEnd::default() };
         Self { how: AttemptEnd::Failed, end, at: unix_ms() }
     }
+
+    /// It was asked to stop, and left this.
+    pub(super) fn stopped(files: Vec<FileInfo>) -> Self {
+        let end = RunEnd { files, ..RunEnd::default() };
+        Self { how: AttemptEnd::Stopped, end, at: unix_ms() }
+    }
 }
 
 /// Where a run stands before its world is built. That can take seconds and most of its memory, and
@@ -80,6 +87,7 @@ impl RunAttempt {
         let _span = tracing::info_span!("run", run = self.entry.run).entered();
         let scene = match self.scene() {
             Ok(scene) => scene,
+            Err(_) if self.stop.load(Ordering::Relaxed) => return self.stopped_early(),
             Err(text) => return self.ended(Ended::failed(codes::UNFIT, text)),
         };
         if let Err(error) = empty(&self.folder) {
@@ -131,7 +139,12 @@ impl RunAttempt {
     fn scene(&self) -> Result<Scene, String> {
         let overrides = &self.entry.order.overrides;
         let bundle = bundle::decode(&self.bundle, overrides).map_err(|e| e.to_string())?;
-        load_bundle(&bundle).map_err(|e| e.to_string())
+        load_bundle_until(&bundle, Arc::clone(&self.stop)).map_err(|e| e.to_string())
+    }
+
+    /// Stopped before it began: an earlier attempt may have left a recording.
+    fn stopped_early(&self) -> Ended {
+        Ended::stopped(products(&self.folder).unwrap_or_default())
     }
 
     fn ended(&self, ended: Ended) -> Ended {
@@ -232,6 +245,6 @@ pub(super) fn products(folder: &Path) -> Result<Vec<FileInfo>, String> {
 
 fn sum(path: &Path) -> io::Result<(u64, [u8; 32])> {
     let mut hasher = blake3::Hasher::new();
-    let length = io::copy(&mut BufReader::new(File::open(path)?), &mut hasher)?;
+    let length = io::copy(&mut BufReader::new(regular::open(path)?), &mut hasher)?;
     Ok((length, *hasher.finalize().as_bytes()))
 }

@@ -6,6 +6,7 @@ use super::error::ServiceError;
 use super::journal;
 use super::service::Service;
 use cullet_files::clock::unix_ms;
+use cullet_files::regular;
 use cullet_pool::bundle;
 use cullet_pool::users::{Parcel, UserQuery};
 use cullet_proto::codec::WireError;
@@ -16,7 +17,6 @@ use cullet_proto::service::{
     RunUpdate, Runs, State, Submit, SubmitAnswer, Which, WorkerInfo, Workers, digest_of, hex_of,
 };
 use cullet_proto::{WorkerId, chunks, envelope};
-use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -115,7 +115,10 @@ impl Service<'_> {
                 self.clients.awaited.remove(&run);
                 asked.answer(&Noted { noted: true });
             }
-            UserVerb::Workers => asked.answer(&Workers { workers: self.workers() }),
+            UserVerb::Workers => {
+                let after = asked.read()?.0;
+                asked.answer(&Workers::page(self.workers(), &after));
+            }
             UserVerb::Drain => {
                 let Drain { worker } = asked.read()?.0;
                 if !self.operates(&asked.user) {
@@ -384,7 +387,7 @@ fn check(submit: &Submit) -> Result<(), WireError> {
 
 /// A piece of a file; beyond its end it is empty.
 fn piece(path: &Path, index: u32) -> io::Result<Vec<u8>> {
-    let mut file = File::open(path)?;
+    let mut file = regular::open(path)?;
     // Not every place is one that a disk can look for.
     let from = u64::from(index) * chunks::CHUNK as u64;
     file.seek(SeekFrom::Start(from.min(file.metadata()?.len())))?;

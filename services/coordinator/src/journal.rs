@@ -16,7 +16,7 @@
 
 use super::board::{Board, BoardEvent};
 use super::error::ServiceError;
-use cullet_files::{set_aside, state};
+use cullet_files::{regular, set_aside, state};
 use cullet_proto::chunks::sum;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -281,7 +281,7 @@ fn anew(
 
 fn read(path: &Path) -> Result<(Board, Option<String>), ServiceError> {
     let file_error = ServiceError::file(path);
-    let file = match File::open(path) {
+    let file = match regular::open(path) {
         Ok(file) => file,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return missing(path),
         Err(error) => return Err(file_error(error)),

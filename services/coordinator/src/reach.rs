@@ -3,7 +3,7 @@
 
 use super::board::Reached;
 use cullet_files::clock::unix_ms;
-use cullet_files::state;
+use cullet_files::{regular, state};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -44,9 +44,9 @@ impl ReachWriter {
     /// One write of one length in its place, so that a death leaves the last or the one before.
     fn write(&mut self, reached: Reached) -> io::Result<()> {
         if self.file.is_none() {
-            let open =
-                state::options().write(true).create(true).truncate(false).open(&self.path)?;
-            self.file = Some(open);
+            let mut open = state::options();
+            let options = open.write(true).create(true).truncate(false);
+            self.file = Some(regular::open_with(options, &self.path)?);
         }
         let Some(file) = &mut self.file else { return Ok(()) };
         file.seek(SeekFrom::Start(0))?;
@@ -59,7 +59,7 @@ impl ReachWriter {
 /// The numbers in a run's folder that say how far it came; none where that is unknown.
 fn numbers(folder: &Path) -> Vec<u64> {
     let (path, mut text) = (folder.join(NAME), Vec::new());
-    let read = File::open(&path).and_then(|file| file.take(128).read_to_end(&mut text));
+    let read = regular::open(&path).and_then(|file| file.take(128).read_to_end(&mut text));
     if let Err(error) = read {
         if error.kind() != io::ErrorKind::NotFound {
             tracing::warn!("{}: {error}", path.display());

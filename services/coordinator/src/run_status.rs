@@ -1,12 +1,11 @@
 //! What a run says while it goes on: lines, kept in a file too, how far it is, and its jobs.
 
 use super::timeline::JobTimes;
-use cullet_files::state;
+use cullet_files::{regular, state};
 use cullet_pool::Reproduction;
 use cullet_proto::JobId;
 use cullet_proto::service::{JobCounts, MAX_LINES, Position};
 use std::collections::VecDeque;
-use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -46,7 +45,7 @@ impl RunStatus {
     /// With what the file says already.
     pub(super) fn open(path: &Path) -> Self {
         let mut inner = Inner::default();
-        if let Ok(file) = File::open(path) {
+        if let Ok(file) = regular::open(path) {
             inner.written = file.metadata().map_or(0, |known| known.len());
             let (mut sealed, mut bad) = (false, 0);
             for bytes in BufReader::new(file).split(b'\n').map_while(Result::ok) {
@@ -166,7 +165,7 @@ impl RunStatus {
 }
 
 fn append(path: &Path, line: &str) -> std::io::Result<()> {
-    let mut file = state::options().append(true).create(true).open(path)?;
+    let mut file = regular::open_with(state::options().append(true).create(true), path)?;
     file.write_all(line.as_bytes())
 }
 

@@ -14,12 +14,12 @@ use super::service::{Going, Pruning, RunTable, Service, Storage, Times};
 use super::store::Store;
 use super::timeline::RunHistory;
 use super::web::WebPage;
-use super::{prune, recovery};
+use super::{prune, recovery, remains};
 use cullet_files::clock::unix_ms;
 use cullet_files::output::next_folder;
 use cullet_pool::users::RequestServer;
 use cullet_pool::{LinkError, Pool, Share, Tenant};
-use cullet_proto::service::{State, codes};
+use cullet_proto::service::{FileInfo, State, codes};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,10 +33,17 @@ const BATCH: usize = 64;
 const SWEEP: Duration = Duration::from_secs(1);
 /// A client that has not asked for this long is gone: nobody waits for it before leaving.
 const LINGER: Duration = Duration::from_secs(10);
+/// A run that has not stopped this long after the coordinator was asked to is cut off: its scene
+/// may make it work for minutes without looking up.
+const LEAVE: Duration = Duration::from_secs(5);
+/// After that, clients that are still there hear for this long how their runs ended.
+const FAREWELL: Duration = Duration::from_secs(2);
 
 /// Serves until asked to stop, and then leaves in order: with a state folder the runs at hand go on
 /// when it is back; without one they end with the recording so far, and those that wait are
-/// reported. It leaves, too, where another coordinator of its name has been there for longer.
+/// reported. It leaves, too, where another coordinator of its name has been there for longer, and
+/// after as many runs as it was to do; then it waits for clients that still fetch what they got.
+/// Once it is asked to stop it is gone within ten seconds, whatever a scene or a client does.
 ///
 /// # Errors
 /// The journal or the door does not open; [`LinkError::Conflict`].
@@ -58,7 +65,7 @@ pub fn serve(
     if conflict.is_some() {
         service.stop_answering();
     }
-    service.leave();
+    service.leave(stop);
     conflict.map_or(Ok(()), |conflict| Err(LinkError::Conflict(conflict).into()))
 }
 
@@ -311,8 +318,41 @@ impl Service<'_> {
         self.clients.awaited.clear();
     }
 
-    fn leave(&mut self) {
+    /// Leaves runs behind that do not stop. Their threads end with the process.
+    fn cut_off(&mut self) {
+        let keeps = self.storage.store.named().is_some();
+        let going = std::mem::take(&mut self.runs.going);
+        if going.is_empty() {
+            return;
+        }
+        for run in going.into_keys() {
+            tracing::warn!(run, "cut off: it did not stop within {} s", LEAVE.as_secs());
+            self.status(run).log("it did not stop in time, and was cut off");
+            let entry = self.board.get(run).ok().cloned();
+            let wished = entry.as_ref().is_some_and(|entry| entry.wish.is_some());
+            // What is left of one that is to be cancelled or paused is gathered at the next start.
+            if keeps && wished {
+                continue;
+            }
+            let files = match entry.filter(|_| !keeps) {
+                Some(entry) => self.left_of(&entry),
+                None => Vec::new(),
+            };
+            self.end(run, Ended::stopped(files));
+        }
+        self.storage.store.keep_locked();
+    }
+
+    /// The recording of a run that does not go on, as far as it was written.
+    fn left_of(&mut self, entry: &RunEntry) -> Vec<FileInfo> {
+        let live = self.status(entry.run);
+        remains::left(entry, (&self.storage.store, &self.storage.out), &live)
+    }
+
+    /// `stop`: somebody wants it gone. Until then it waits for clients as long as they ask.
+    fn leave(&mut self, stop: &AtomicBool) {
         self.leaving = true;
+        let mut asked: Option<Instant> = None;
         let keeps = self.storage.store.named().is_some();
         if keeps {
             // Runs that are laid down want nothing any more, and no worker is to hear of that.
@@ -331,6 +371,16 @@ impl Service<'_> {
             self.turn();
             let lately = |asked: &Instant| asked.elapsed() < LINGER;
             if self.runs.going.is_empty() && !self.clients.awaited.values().any(lately) {
+                return;
+            }
+            if asked.is_none() && stop.load(Ordering::Relaxed) {
+                asked = Some(Instant::now());
+            }
+            let since = asked.map_or(Duration::ZERO, |since| since.elapsed());
+            if since >= LEAVE {
+                self.cut_off();
+            }
+            if since >= LEAVE + FAREWELL {
                 return;
             }
         }

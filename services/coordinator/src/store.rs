@@ -27,8 +27,8 @@
 
 use super::error::ServiceError;
 use cullet_files::output::UNFINISHED;
-use cullet_files::set_aside;
 use cullet_files::state::{self, put, sync};
+use cullet_files::{regular, set_aside};
 use cullet_pool::PoolConfig;
 use cullet_proto::ids::digest;
 use cullet_proto::service::hex_of;
@@ -51,7 +51,7 @@ const DYING: Duration = Duration::from_secs(5);
 pub struct Store {
     folder: PathBuf,
     incarnation: Option<u32>,
-    _lock: File,
+    lock: File,
     /// Gone with the store, where nobody named a folder.
     own: Option<tempfile::TempDir>,
 }
@@ -78,7 +78,7 @@ impl Store {
         if old {
             put(&folder.join(MARK), TITLE.as_bytes()).map_err(&fail)?;
         }
-        let mut store = Self { folder, incarnation: None, _lock: lock, own };
+        let mut store = Self { folder, incarnation: None, lock, own };
         if asked.is_some() {
             store.incarnation = Some(store.next_life()?);
         }
@@ -95,6 +95,14 @@ impl Store {
         let text = state::number(next.into());
         put(&path, text.as_bytes()).map_err(ServiceError::file(&path))?;
         Ok(next)
+    }
+
+    /// Keeps the folder locked until the process ends: something in it may still write there.
+    pub(super) fn keep_locked(&self) {
+        match self.lock.try_clone() {
+            Ok(lock) => std::mem::forget(lock),
+            Err(error) => tracing::error!("{}: {error}: unlocked", self.folder.display()),
+        }
     }
 
     /// Where it is, if somebody named it.
@@ -156,14 +164,14 @@ impl Store {
         }
         state::folder(&folder).map_err(ServiceError::file(&folder))?;
         let path = folder.join("bundle");
-        let put = put(&path, bytes).and_then(|()| sync(&self.folder.join("runs")));
-        put.map_err(ServiceError::file(&path))
+        let written = put(&path, bytes).and_then(|()| sync(&self.folder.join("runs")));
+        written.map_err(ServiceError::file(&path))
     }
 
     /// The scene of a run. `told`: its digest, as the journal has it; empty where that is older.
     pub(super) fn bundle(&self, run: u64, told: &str) -> Result<Vec<u8>, ServiceError> {
         let path = self.run(run).join("bundle");
-        let bytes = fs::read(&path).map_err(ServiceError::file(&path))?;
+        let bytes = regular::read(&path).map_err(ServiceError::file(&path))?;
         let found = hex_of(&digest(&bytes));
         if told.is_empty() || told == found {
             return Ok(bytes);
@@ -224,7 +232,7 @@ impl Kept {
     /// The verdict of a job that was settled before, if it is there and sound.
     pub(super) fn get(&self, job: JobId) -> Option<Verdict> {
         let path = self.folder.join(job.to_string());
-        let bytes = match fs::read(&path) {
+        let bytes = match regular::read(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
             bytes => {
                 bytes.inspect_err(|error| tracing::warn!("{}: {error}", path.display())).ok()?
@@ -274,7 +282,7 @@ pub fn total(folder: &Path) -> Option<u64> {
 /// Whether a state folder is one of the first generation. One that is empty becomes one of this.
 fn marked(folder: &Path) -> Result<bool, ServiceError> {
     let mark = folder.join(MARK);
-    match fs::read_to_string(&mark) {
+    match regular::read_text(&mark) {
         Ok(text) if text == TITLE || text == OLD_TITLE => Ok(text == OLD_TITLE),
         Ok(text) => {
             let text = text.lines().next().unwrap_or_default().to_owned();
@@ -299,7 +307,8 @@ fn marked(folder: &Path) -> Result<bool, ServiceError> {
 /// Takes a state folder for this coordinator alone.
 fn locked(folder: &Path) -> Result<File, ServiceError> {
     let path = folder.join("lock");
-    let lock = state::options().write(true).create(true).truncate(true).open(&path);
+    let mut open = state::options();
+    let lock = regular::open_with(open.write(true).create(true).truncate(true), &path);
     let lock = lock.map_err(ServiceError::file(&path))?;
     let begun = Instant::now();
     while lock.try_lock().is_err() {
@@ -313,7 +322,7 @@ fn locked(folder: &Path) -> Result<File, ServiceError> {
 
 /// A number that is kept in a file; none where there is no such file.
 fn read_number(path: &Path, mend: &'static str) -> Result<Option<u64>, ServiceError> {
-    match fs::read(path) {
+    match regular::read(path) {
         Ok(bytes) => match state::read_number(&bytes) {
             Ok(number) => Ok(Some(number)),
             Err(why) => Err(damaged(path, why, mend)),

@@ -9,12 +9,10 @@ use cullet_scene::SCENE_FILE;
 use std::path::{Path, PathBuf};
 
 /// How meshes end that are read here.
-const MESHES: [&str; 4] = ["glb", "obj", "stl", "ply"];
+const MESHES: [&str; 5] = ["glb", "gltf", "obj", "stl", "ply"];
 /// How others end that a modelling program writes, or keeps.
-const OTHER_MESHES: [&str; 13] = [
-    "gltf", "fbx", "blend", "usd", "usda", "usdc", "usdz", "abc", "dae", "3ds", "3mf", "step",
-    "stp",
-];
+const OTHER_MESHES: [&str; 12] =
+    ["fbx", "blend", "usd", "usda", "usdc", "usdz", "abc", "dae", "3ds", "3mf", "step", "stp"];
 /// The folder in which scenes lie, in a copy of the repository.
 const SCENES: &str = "scenes";
 /// Most names of a folder that are looked at.
@@ -158,7 +156,7 @@ mod tests {
             ("cow.OBJ", "`cullet new cow --mesh "),
             ("cow.Stl", "`cullet new cow --mesh "),
             ("cow.ply", "`cullet new cow --mesh "),
-            ("cow.gltf", "export it as .glb or .obj, then `cullet new cow --mesh cow.glb`"),
+            ("cow.gltf", "`cullet new cow --mesh "),
             ("cow.FBX", "export it as .glb or .obj"),
         ] {
             let path = folder.path().join(name);

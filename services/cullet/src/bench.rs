@@ -2,8 +2,9 @@
 
 use crate::args::{self, Memory};
 use crate::exit::{CommandError, Exit, print, refused};
-use crate::folder::{Folder, refuse_itself};
+use crate::folder::{Folder, refuse_itself, spare_recording};
 use crate::logs;
+use cullet_files::output::create_file;
 use cullet_lab::{
     COLUMNS, Limits, Measured, SweepPoint, csv, file_names, json, plan, run_all, status, text,
 };
@@ -19,7 +20,11 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, CommandError> {
             logs::warn(warning);
         }
     }
+    let names = file_names(&points);
     if let Some(folder) = &args.out {
+        for name in &names {
+            spare_recording(&folder.join(format!("{name}.mcap")))?;
+        }
         Folder::at(folder)?;
     }
     let mut table = match &args.csv {
@@ -27,8 +32,8 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, CommandError> {
             for specimen in &args.specimens {
                 refuse_itself(specimen, path)?;
             }
-            let file =
-                std::fs::File::create(path).map_err(|error| CommandError::file(path, error))?;
+            spare_recording(path)?;
+            let file = create_file(path).map_err(|error| CommandError::file(path, error))?;
             Some((path, file))
         }
         None => None,
@@ -49,7 +54,7 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, CommandError> {
         workers,
         time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
     };
-    let (mut all, mut trouble, names) = (Vec::new(), None, file_names(&points));
+    let (mut all, mut trouble) = (Vec::new(), None);
     run_all(&points, &limits, &mut |index, result, recording| {
         let measured = Measured::new(points[index].clone(), result);
         let kept = (names[index].as_str(), recording);

@@ -8,7 +8,7 @@ use crate::tls::{self, Certificate, LinkConfig};
 use cullet_coordinator::free;
 use cullet_pool::client::Client;
 use cullet_proto::keys::UserVerb;
-use cullet_proto::service::{About, Nothing, Workers};
+use cullet_proto::service::{About, Nothing};
 use cullet_proto::{envelope, service};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -128,8 +128,8 @@ fn there(endpoint: &str, link: &LinkConfig, who: &args::Who, found: &mut Vec<Fin
     let text = format!("{endpoint} answers in {way:.1} ms, {first:.2} s with the connection");
     found.push(finding("coordinator", true, text));
     about_it(&about, found);
-    match client.question::<_, Workers>(UserVerb::Workers, &Nothing {}) {
-        Ok(said) => about_workers(&said.workers, found),
+    match client.workers() {
+        Ok(workers) => about_workers(&workers, found),
         Err(error) => found.push(finding("workers", false, error.to_string())),
     }
 }

@@ -2,12 +2,11 @@
 
 use crate::args;
 use crate::exit::{CommandError, Exit, print};
-use crate::folder::{Folder, refuse_itself};
-use crate::inspect::{unreadable, within};
+use crate::folder::{Folder, spare_recording};
+use crate::inspect::{open_to_export, unreadable, within};
 use crate::logs;
 use crate::shown::shown;
 use cullet_export::{ExportError, ExportOptions, ExportReport, Moments, export, export_pieces};
-use cullet_record::Recording;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -18,12 +17,9 @@ pub(crate) fn run(args: &args::ExportArgs) -> Result<Exit, CommandError> {
         .clone()
         .or_else(|| args.pieces.is_none().then(|| path.with_file_name("export.glb")));
     if let Some(file) = &file {
-        refuse(&path, file)?;
+        refuse(file)?;
     }
-    let recording = Recording::open(&path).map_err(|error| unreadable(&error, &path))?;
-    if !recording.complete {
-        logs::say(format!("{}: cut off or damaged; what is there is exported", path.display()));
-    }
+    let recording = open_to_export(&path)?;
     let mut reports = Vec::new();
     if let Some(file) = &file {
         let moments = match (args.at, args.every) {
@@ -65,8 +61,8 @@ pub(crate) fn run(args: &args::ExportArgs) -> Result<Exit, CommandError> {
     Ok(Exit::Done)
 }
 
-fn refuse(recording: &Path, file: &Path) -> Result<(), CommandError> {
-    refuse_itself(recording, file)?;
+fn refuse(file: &Path) -> Result<(), CommandError> {
+    spare_recording(file)?;
     if file.is_dir() {
         return Err(CommandError::file(file, "it is a folder; name a file in it, such as run.glb"));
     }

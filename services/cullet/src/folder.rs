@@ -2,7 +2,8 @@
 
 use crate::exit::{CommandError, Exit};
 use cullet::{is_free_to_fetch, is_taken};
-use cullet_files::output::next_folder;
+use cullet_files::output::{next_folder, refuse_recording};
+use cullet_files::regular::words;
 use cullet_pool::{Fetching, ResultFile};
 use cullet_run::RESULTS;
 use std::path::{Path, PathBuf};
@@ -161,12 +162,18 @@ fn delete(folder: &Path, names: &[&str]) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Refuses to write over a file that is read, under whatever name. The file of a run that never
-/// ended has an ending more.
+/// Refuses a file that is to be written where a recording is, before any work is done for it;
+/// [`cullet_files::output`] would in the end.
+pub(crate) fn spare_recording(output: &Path) -> Result<(), CommandError> {
+    refuse_recording(output).map_err(|error| {
+        let text = format!("{}: {}", output.display(), words(&error));
+        CommandError::new(Exit::Usage, text).at(output.display())
+    })
+}
+
+/// Refuses to write over a file that is read, under whatever name.
 pub(crate) fn refuse_itself(read: &Path, output: &Path) -> Result<(), CommandError> {
-    let mut partial = read.as_os_str().to_owned();
-    partial.push(".partial");
-    if is_same(read, output) || is_same(Path::new(&partial), output) {
+    if is_same(read, output) {
         let text = format!("{}: that is what is read; name another file", output.display());
         return Err(CommandError::new(Exit::Usage, text).at(output.display()));
     }

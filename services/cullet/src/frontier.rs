@@ -4,6 +4,7 @@ use crate::args::{self, Memory};
 use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::Folder;
 use crate::logs;
+use cullet_files::output::write_file;
 use cullet_lab::frontier::{FrontierChart, FrontierRow, Set, csv, load, measure, read, rows, text};
 use cullet_lab::{Limits, chart};
 use std::path::Path;
@@ -74,7 +75,7 @@ fn run(
         all.retain(|row| row.chart != chart.name);
         let at = at.min(all.len());
         all.splice(at..at, measured);
-        std::fs::write(table, csv(all)).map_err(|error| CommandError::file(table, error))?;
+        write_file(table, csv(all).as_bytes()).map_err(|error| CommandError::file(table, error))?;
     }
     Ok(())
 }
@@ -98,7 +99,7 @@ fn show(
     let failed = |why| CommandError::new(Exit::Broken, format!("{}: {why}", set.name));
     let path = folder.join(format!("{}.svg", set.name));
     let drawn = chart::svg(set, &reading, machine).map_err(failed)?;
-    std::fs::write(&path, drawn).map_err(|error| CommandError::file(&path, error))?;
+    write_file(&path, drawn.as_bytes()).map_err(|error| CommandError::file(&path, error))?;
     let picture = chart::picture(set, &reading, machine).map_err(failed)?;
     let save = |error| CommandError::new(Exit::File, error);
     picture.save(&folder.join(format!("{}.png", set.name))).map_err(save)

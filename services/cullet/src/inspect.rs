@@ -1,7 +1,7 @@
 //! Commands that look: at recordings, materials, the schema of scenes.
 
 use crate::exit::{CommandError, Exit, print};
-use crate::folder::{Folder, refuse_itself};
+use crate::folder::{Folder, spare_recording};
 use crate::shown::{lines, shown};
 use crate::{args, logs};
 use cullet_picture::{Framing, Still, StillTime, framed};
@@ -14,11 +14,7 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, CommandError> {
         let recording = within(recording)?;
         let told =
             cullet_record::inspect(&recording).map_err(|error| unreadable(&error, &recording))?;
-        if !told.complete {
-            let name = recording.display().to_string();
-            let name = shown(&name);
-            logs::say(format!("{name}: cut off or damaged; what could be saved follows"));
-        }
+        warn_of_gaps(&recording, (told.complete, told.summary.missing.as_deref()));
         if told.damaged {
             exit = Exit::Unwell;
         }
@@ -51,11 +47,42 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, CommandError> {
 
 /// Prints how the largest pieces of a run compare with those of another, and how long both took.
 fn against(run: &Path, reference: &Path, count: usize) -> Result<(), CommandError> {
-    let open = |path: &Path| Recording::open(path).map_err(|error| unreadable(&error, path));
-    let (run, reference) = (open(run)?, open(reference)?);
+    let read = |path: &Path| Recording::open(path).map_err(|error| unreadable(&error, path));
+    let (run, reference) = (read(run)?, read(reference)?);
     print(cullet_record::rank_table(&cullet_record::ranks(&run, &reference, count)))?;
     let (own, others) = (run.summary().wall_seconds, reference.summary().wall_seconds);
     print(format!("{own:.1} s of time on the clock, and the reference {others:.1} s\n"))
+}
+
+/// Opens a recording, and says what it lacks.
+pub(crate) fn open(path: &Path) -> Result<Recording, CommandError> {
+    let recording = Recording::open(path).map_err(|error| unreadable(&error, path))?;
+    let missing = (!recording.holes.is_empty()).then(|| recording.holes.to_string());
+    warn_of_gaps(path, (recording.complete, missing.as_deref()));
+    Ok(recording)
+}
+
+/// Says of a recording that is not complete what it lacks.
+fn warn_of_gaps(path: &Path, (complete, missing): (bool, Option<&str>)) {
+    let name = path.display().to_string();
+    let name = shown(&name);
+    match missing {
+        Some(missing) => logs::warn(format!(
+            "{name} is cut off or damaged and has holes: {}; whatever is made of it lacks that",
+            shown(missing)
+        )),
+        None if !complete => {
+            logs::say(format!("{name}: cut off or damaged; what could be saved follows"));
+        }
+        None => {}
+    }
+}
+
+/// Opens a recording of which files are written; their notes tell of its holes.
+pub(crate) fn open_to_export(path: &Path) -> Result<Recording, CommandError> {
+    let recording = Recording::open(path).map_err(|error| unreadable(&error, path))?;
+    warn_of_gaps(path, (recording.complete, None));
+    Ok(recording)
 }
 
 /// The recording that is meant: of a folder of a run the one in it.
@@ -102,10 +129,11 @@ pub(crate) fn preview(args: &args::Preview) -> Result<Exit, CommandError> {
     let beside = recording.parent().unwrap_or(Path::new("")).to_owned();
     let out = args.out.clone().unwrap_or(beside);
     for picture in ["preview.png", "preview.gif"] {
-        refuse_itself(&recording, &out.join(picture))?;
+        spare_recording(&out.join(picture))?;
     }
+    let read = open(&recording)?;
     let folder = Folder::at(&out)?;
-    let drawn = framed(&recording, &folder.path, &args.close.framing());
+    let drawn = framed(&read, &folder.path, &args.close.framing());
     drawn.map(|_| Exit::Done).map_err(|error| {
         folder.forget();
         unreadable(&error, &recording)
@@ -116,7 +144,7 @@ pub(crate) fn still(args: &args::StillArgs) -> Result<Exit, CommandError> {
     let recording = within(&args.recording)?;
     let beside = || recording.with_file_name("still.png");
     let file = args.output.clone().unwrap_or_else(beside);
-    refuse_itself(&recording, &file)?;
+    spare_recording(&file)?;
     if file.is_dir() {
         return Err(CommandError::file(
             &file,
@@ -135,7 +163,7 @@ pub(crate) fn still(args: &args::StillArgs) -> Result<Exit, CommandError> {
     };
     let framing = args.close.as_deref().map_or(Framing::Whole, Framing::of_close);
     let wanted = Still { time, size: args.size, framing };
-    let time = cullet_picture::still(&recording, &wanted, &file);
+    let time = cullet_picture::still(&open(&recording)?, &wanted, &file);
     let time = time.map_err(|error| unreadable(&error, &recording))?;
     logs::say(format!("{}: the run at {time:.4} s", file.display()));
     Ok(Exit::Done)
@@ -185,7 +213,8 @@ pub(crate) fn unreadable(error: &cullet_record::RecordError, recording: &Path) -
         | cullet_record::RecordError::Foreign { .. }
         | cullet_record::RecordError::Beyond { .. }
         | cullet_record::RecordError::NoBody { .. }
-        | cullet_record::RecordError::Specimen { .. } => Exit::Usage,
+        | cullet_record::RecordError::Specimen { .. }
+        | cullet_record::RecordError::Swollen { .. } => Exit::Usage,
         _ => Exit::File,
     };
     CommandError::new(exit, lines(&error.to_string())).at(recording.display())

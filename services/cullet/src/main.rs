@@ -46,6 +46,9 @@ fn main() -> ExitCode {
     if let Some(voice) = cli.command.voice() {
         logs::start(voice);
     }
+    if let Err(error) = signals::survive_file_limit() {
+        tracing::debug!("a file over the limit of the shell ends the process: {error}");
+    }
     let overridden = cli.command.scene().map_or(Ok(()), SceneArgs::take_set_file);
     let ready = overridden.and_then(|()| files::enough(&cli.command));
     match ready.and_then(|()| obey(&cli.command)) {
@@ -87,7 +90,32 @@ fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
     exit::Exit::Usage.into()
 }
 
+/// Whether a command asks a coordinator and does nothing else.
+fn is_client(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Submit(_)
+            | Command::Ps(_)
+            | Command::Show(_)
+            | Command::Logs(_)
+            | Command::Watch(_)
+            | Command::Wait(_)
+            | Command::Cancel(_)
+            | Command::Pause(_)
+            | Command::Resume(_)
+            | Command::Retry(_)
+            | Command::Delete(_)
+            | Command::Fetch(_)
+            | Command::Workers(_)
+            | Command::Drain(_)
+            | Command::Doctor(_)
+    )
+}
+
 fn obey(command: &Command) -> Result<exit::Exit, exit::CommandError> {
+    if is_client(command) {
+        signals::end_when_told()?;
+    }
     match command {
         Command::Run(args) if sweep::is_one(&args.scene.scene) => sweep::run(args),
         Command::Run(args) => run::run(args),

@@ -2,11 +2,12 @@
 
 use crate::args;
 use crate::exit::{CommandError, Exit};
-use crate::inspect::{background, unreadable, within};
+use crate::folder::spare_recording;
+use crate::inspect::{background, open, within};
 use crate::logs;
 use cullet_export::page_glb;
+use cullet_files::cells::read_cell;
 use cullet_files::output::write_file;
-use cullet_record::Recording;
 use cullet_view::{SweepPicture, SweepTable, run_page, sweep_page};
 use std::path::{Path, PathBuf};
 
@@ -21,8 +22,9 @@ pub(crate) fn report(args: &args::ReportArgs) -> Result<Exit, CommandError> {
     background(args.background);
     let named = &args.run;
     let is_sweep = named.is_dir() && named.join(TABLE).is_file();
-    let page = if is_sweep { sweep(named)? } else { run(&within(named)?)? };
     let output = args.output.clone().unwrap_or_else(|| default_output(named));
+    spare_recording(&output)?;
+    let page = if is_sweep { sweep(named)? } else { run(&within(named)?)? };
     write_file(&output, page.as_bytes()).map_err(|error| CommandError::file(&output, error))?;
     logs::say(output.display());
     Ok(Exit::Done)
@@ -34,7 +36,7 @@ fn default_output(named: &Path) -> PathBuf {
 }
 
 fn run(path: &Path) -> Result<String, CommandError> {
-    let recording = Recording::open(path).map_err(|error| unreadable(&error, path))?;
+    let recording = open(path)?;
     let model = page_glb(&recording).map_err(|error| CommandError::file(path, error))?;
     run_page(&recording, &model).map_err(|error| CommandError::file(path, error))
 }
@@ -44,11 +46,13 @@ fn sweep(folder: &Path) -> Result<String, CommandError> {
     let path = folder.join(TABLE);
     let trouble = |error: csv::Error| CommandError::file(&path, error);
     let mut reader = csv::Reader::from_path(&path).map_err(trouble)?;
-    let columns: Vec<String> =
-        reader.headers().map_err(trouble)?.iter().map(str::to_owned).collect();
+    let texts = |cells: &csv::StringRecord| -> Vec<String> {
+        cells.iter().map(|cell| read_cell(cell).into_owned()).collect()
+    };
+    let columns = texts(reader.headers().map_err(trouble)?);
     let mut table = SweepTable { columns, ..SweepTable::default() };
     for record in reader.records() {
-        table.rows.push(record.map_err(trouble)?.iter().map(str::to_owned).collect());
+        table.rows.push(texts(&record.map_err(trouble)?));
     }
     let name = folder.canonicalize().ok().and_then(|path| Some(path.file_name()?.to_owned()));
     table.title = name.map_or_else(String::new, |name| name.to_string_lossy().into_owned());

@@ -10,7 +10,7 @@ use crate::signals::stop_when_told;
 use crate::viewers::LiveViewers;
 use crate::{args, logs};
 use cullet::{LocalPool, LocalRunError, LocalWorkers, Scene, spare_cores};
-use cullet::{Outcome, RunError, RunOptions};
+use cullet::{Outcome, Recording, RunError, RunOptions};
 use cullet_picture::Framing;
 use cullet_proto::service::causes::NOT_FINITE;
 use std::path::Path;
@@ -178,7 +178,8 @@ pub(crate) fn trouble(error: &RunError) -> CommandError {
 /// Draws the pictures of a recording into a folder.
 pub(crate) fn draw(recording: &Path, out: &Path, framing: &Framing) -> Result<(), CommandError> {
     let failed = |error| CommandError::new(Exit::File, format!("the run has no picture: {error}"));
-    cullet_picture::framed(recording, out, framing).map(|_| ()).map_err(failed)
+    let read = Recording::open(recording).map_err(failed)?;
+    cullet_picture::framed(&read, out, framing).map(|_| ()).map_err(failed)
 }
 
 /// How a run ended; `pictured`: whether its pictures were drawn.
@@ -201,10 +202,7 @@ fn report(outcome: &Outcome, out: &Path, json: bool, quiet: bool) -> Result<(), 
     if !quiet {
         let s = &outcome.summary;
         let shares = s.shares.as_ref().filter(|_| s.fractures > 0);
-        let shares = shares.map(|shares| {
-            let (pieces, mass) = (100.0 * shares.sampled, 100.0 * shares.sampled_mass);
-            format!(" (sampled: {pieces:.0} % of pieces, {mass:.0} % of mass)")
-        });
+        let shares = shares.map(|shares| format!(" (sampled: {})", shares.tell_sampled()));
         logs::say(format!(
             "{}: {} fractures, {} fragments{}, {} bodies left after {:.3} s in {:.1} s; {}",
             shown(&s.scene),

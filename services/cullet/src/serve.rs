@@ -66,11 +66,14 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, CommandError
         journal: None,
     };
     let quiet = args.voice.quiet;
-    let served = serve(store, &Arc::new(pool), &config, &stop, &mut |line| {
+    let pool = Arc::new(pool);
+    let served = serve(store, &pool, &config, &stop, &mut |line| {
         if !quiet {
             logs::say(lines(line));
         }
     });
+    // A run that was cut off has the pool still, until the process ends.
+    pool.shutdown();
     served.map_err(|error| trouble(&error))?;
     Ok(Exit::Done)
 }

@@ -16,13 +16,7 @@ use tokio::runtime::{Builder, Runtime};
 pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, CommandError> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
-    let listen = || -> io::Result<(Runtime, Signals)> {
-        let runtime = Builder::new_current_thread().enable_all().build()?;
-        let signals = runtime.block_on(async { Signals::listen() })?;
-        Ok((runtime, signals))
-    };
-    let (runtime, mut signals) =
-        listen().map_err(|error| CommandError::new(Exit::Broken, error))?;
+    let (runtime, mut signals) = listened()?;
     std::thread::spawn(move || {
         runtime.block_on(async {
             loop {
@@ -37,6 +31,42 @@ pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Comm
         });
     });
     Ok(stop)
+}
+
+/// The first of these signals ends the process with the code of one that was interrupted: for
+/// commands that have nothing to finish. What they wait for goes on at the coordinator.
+pub(crate) fn end_when_told() -> Result<(), CommandError> {
+    let (runtime, mut signals) = listened()?;
+    std::thread::spawn(move || {
+        runtime.block_on(signals.next());
+        std::process::exit(i32::from(Exit::Interrupted.code()));
+    });
+    Ok(())
+}
+
+fn listened() -> Result<(Runtime, Signals), CommandError> {
+    let listen = || -> io::Result<(Runtime, Signals)> {
+        let runtime = Builder::new_current_thread().enable_all().build()?;
+        let signals = runtime.block_on(async { Signals::listen() })?;
+        Ok((runtime, signals))
+    };
+    listen().map_err(|error| CommandError::new(Exit::Broken, error))
+}
+
+/// A file that grows beyond what the process may write (`ulimit -f`) is an error of that write, as
+/// on a disk that is full, and not the end of the process without a word. Who listens to the signal
+/// is not ended by it, however short that is.
+#[cfg(unix)]
+pub(crate) fn survive_file_limit() -> io::Result<()> {
+    let number = rustix::process::Signal::XFSZ.as_raw();
+    let kind = tokio::signal::unix::SignalKind::from_raw(number);
+    let runtime = Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(async { tokio::signal::unix::signal(kind) }).map(drop)
+}
+
+#[cfg(not(unix))]
+pub(crate) fn survive_file_limit() -> io::Result<()> {
+    Ok(())
 }
 
 /// The signals that ask the process to stop, as far as the system has them.

@@ -3,13 +3,14 @@
 use crate::args;
 use crate::client::{NAME, ask, connect, print_json};
 use crate::doctor;
-use crate::exit::{CommandError, Exit, print};
+use crate::exit::{CommandError, Exit, print, refused};
 use crate::shown::{cell, shown};
 use cullet_proto::keys::UserVerb;
-use cullet_proto::service::{Drain, Drained, Nothing, Workers};
+use cullet_proto::service::{Drain, Drained, Workers};
 
 pub(crate) fn workers(args: &args::Ps) -> Result<Exit, CommandError> {
-    let said: Workers = ask(&connect(&args.place)?, UserVerb::Workers, &Nothing {})?;
+    let workers = connect(&args.place)?.workers().map_err(|error| refused(&error))?;
+    let said = Workers { workers, next: String::new() };
     if args.place.who.json {
         print_json(&said)?;
         return Ok(Exit::Done);

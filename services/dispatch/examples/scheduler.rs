@@ -6,7 +6,7 @@
 //! \[ns\]: how many events of which kind there are depends on the load, and clocks are cheap.
 
 use cullet_dispatch::{Build, Digest, Dispatch, Effect, Event, Job, Millis, Outcome, Prior};
-use cullet_dispatch::{Run, Share, Skills, Tenant, Timing, Worker};
+use cullet_dispatch::{Run, Share, Skills, Tenant, Timing, Worker, WorkerName};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -84,8 +84,9 @@ impl Load {
         let seq = &mut self.seqs[worker as usize];
         *seq += 1;
         let seq = *seq;
-        let (worker, build, skills) = (Worker(worker), BUILD, Skills::ALL);
-        self.step(Event::Poll { worker, seq, slots: 1, park, build, skills });
+        let (worker, name, build, skills) =
+            (Worker(worker), WorkerName(worker), BUILD, Skills::ALL);
+        self.step(Event::Poll { worker, seq, slots: 1, park, build, skills, name });
     }
 
     fn happen(&mut self, worker: u64, due: Due) {
@@ -93,16 +94,25 @@ impl Load {
             Due::Renew(job, epoch, end) => {
                 let epoch = cullet_dispatch::Epoch(epoch);
                 let by = Worker(worker);
-                let (build, skills) = (BUILD, Skills::ALL);
-                self.step(Event::Renew { worker: by, job, epoch, begun: true, build, skills });
+                let (name, build, skills) = (WorkerName(worker), BUILD, Skills::ALL);
+                let begun = true;
+                self.step(Event::Renew { worker: by, job, epoch, begun, build, skills, name });
                 self.later(end, worker, Due::Done(job, epoch.0));
             }
             Due::Done(job, epoch) => {
                 let (digest, outcome) = (Digest(job.0), Outcome::Broken);
                 let epoch = cullet_dispatch::Epoch(epoch);
-                let (by, build, prior) = (Worker(worker), BUILD, Prior::Nothing);
-                let done = Event::Commit { worker: by, job, epoch, build, digest, outcome, prior };
-                self.step(done);
+                let (name, build, prior) = (WorkerName(worker), BUILD, Prior::Nothing);
+                self.step(Event::Commit {
+                    worker: Worker(worker),
+                    name,
+                    job,
+                    epoch,
+                    build,
+                    digest,
+                    outcome,
+                    prior,
+                });
                 self.ask(worker, true);
             }
         }

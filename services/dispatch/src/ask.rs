@@ -1,13 +1,13 @@
 //! What a job asks of a worker.
 
-use crate::event::{Skills, Worker};
+use crate::event::{Skills, WorkerName};
 
 /// What a job asks of a worker: to be able, and not to be one under whom it died.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Ask {
     pub(crate) need: Skills,
     /// In order.
-    pub(crate) killers: Vec<Worker>,
+    pub(crate) killers: Vec<WorkerName>,
 }
 
 impl Ask {
@@ -16,10 +16,10 @@ impl Ask {
         Self { need, killers: Vec::new() }
     }
 
-    /// It died under this worker.
-    pub(crate) fn died(&mut self, worker: Worker) {
-        if let Err(at) = self.killers.binary_search(&worker) {
-            self.killers.insert(at, worker);
+    /// It died under a worker of this name.
+    pub(crate) fn died(&mut self, name: WorkerName) {
+        if let Err(at) = self.killers.binary_search(&name) {
+            self.killers.insert(at, name);
         }
     }
 }

@@ -1,27 +1,40 @@
 //! Workers under which jobs die: which of them get no more.
 
 use crate::effect::{Cause, Effect};
-use crate::event::{Job, Millis, Worker};
+use crate::event::{Job, Millis, Worker, WorkerName};
 use crate::job_record::Phase;
 #[cfg(test)]
 use crate::mutant::Mutant;
 use crate::state::PoolState;
 use crate::workers::drain;
 
-/// A job that is done here had died elsewhere: there, it was not the job's fault. Who has done
-/// one is not under suspicion.
-pub(crate) fn blame(pool: &mut PoolState, worker: Worker, job: Job, out: &mut Vec<Effect>) {
-    if let Some(state) = pool.worker_table.get_mut(&worker) {
-        state.alone.clear();
+/// A job that is done under this name had died elsewhere: there, it was not the job's fault. Who
+/// has done one is not under suspicion.
+pub(crate) fn blame(
+    pool: &mut PoolState,
+    now: Millis,
+    name: WorkerName,
+    job: Job,
+    out: &mut Vec<Effect>,
+) {
+    if let Some(record) = pool.worker_table.record_mut(name) {
+        record.alone.clear();
     }
     let killers = pool.jobs.get(&job).map(|r| r.ask.killers.clone()).unwrap_or_default();
-    for killer in killers.into_iter().filter(|killer| *killer != worker) {
-        let Some(state) = pool.worker_table.get_mut(&killer) else {
+    for killer in killers.into_iter().filter(|killer| *killer != name) {
+        let Some(record) = pool.worker_table.record_mut(killer) else {
             continue;
         };
-        state.blame += 1;
-        if state.blame >= pool.timing.max_blame && pool.worker_table.spares(killer) {
-            drain(pool, killer, Cause::Blamed, out);
+        record.blame += 1;
+        record.blamed_at = now;
+        if record.blame < pool.timing.max_blame {
+            continue;
+        }
+        // One that is gone is looked at when it asks again.
+        for worker in record.there.clone() {
+            if pool.worker_table.spares(worker) {
+                drain(pool, worker, Cause::Blamed, out);
+            }
         }
     }
 }
@@ -33,9 +46,10 @@ pub(crate) fn blame(pool: &mut PoolState, worker: Worker, job: Job, out: &mut Ve
 /// whoever has them: where others are free those die under them too, and count no more.
 pub(crate) fn find_doubt(pool: &mut PoolState, now: Millis, worker: Worker) -> Option<Cause> {
     let (most, lease) = (pool.timing.max_blame, pool.timing.lease);
-    let state = pool.worker_table.get_mut(&worker).filter(|state| !state.drained)?;
-    let blamed = state.blame >= most;
-    if !blamed && state.alone.is_empty() {
+    let name = pool.worker_table.get(&worker).filter(|state| !state.drained)?.name;
+    let record = pool.worker_table.record_mut(name)?;
+    let blamed = record.blame >= most;
+    if !blamed && record.alone.is_empty() {
         return None;
     }
     let jobs = &pool.jobs;
@@ -44,11 +58,11 @@ pub(crate) fn find_doubt(pool: &mut PoolState, now: Millis, worker: Worker) -> O
     let stays = pool.mutant == Some(Mutant::BlameStays);
     #[cfg(not(test))]
     let stays = false;
-    state.alone.retain(|(job, _)| stays || open(job).is_some_and(|r| r.ask.killers == [worker]));
+    record.alone.retain(|(job, _)| stays || open(job).is_some_and(|r| r.ask.killers == [name]));
     let untried = |(job, died): &&(Job, Millis)| {
         stays || died + lease <= now && open(job).is_some_and(|r| r.phase != Phase::Held)
     };
-    let alone = state.alone.iter().filter(untried).count() >= most as usize;
+    let alone = record.alone.iter().filter(untried).count() >= most as usize;
     #[cfg(test)]
     let alone = alone && pool.mutant != Some(Mutant::NeverDrained);
     if !(blamed || alone) || !pool.worker_table.spares(worker) {

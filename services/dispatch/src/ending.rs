@@ -2,7 +2,7 @@
 
 use crate::blame::blame;
 use crate::effect::{Effect, Reason, Receipt, Verdict};
-use crate::event::{Job, Millis, Worker};
+use crate::event::{Job, Millis, WorkerName};
 use crate::grants::release;
 use crate::job_record::Phase;
 #[cfg(test)]
@@ -13,7 +13,7 @@ use crate::state::PoolState;
 pub(crate) fn commit(
     pool: &mut PoolState,
     now: Millis,
-    (worker, job): (Worker, Job),
+    (name, job): (WorkerName, Job),
     (done, foreign): (Verdict, bool),
     kept: Option<Verdict>,
     out: &mut Vec<Effect>,
@@ -33,7 +33,7 @@ pub(crate) fn commit(
             pool.counts.fenced += 1;
             return Receipt::Fenced;
         }
-        blame(pool, worker, job, out);
+        blame(pool, now, name, job, out);
         end_job(pool, now, job, done, out);
         return Receipt::Accepted;
     };

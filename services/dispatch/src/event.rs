@@ -22,6 +22,11 @@ pub struct Digest(pub [u8; 32]);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Worker(pub u64);
 
+/// The name of a worker, as a number: several processes may have it, beside one another or one
+/// after another, and whose they are is the same. What dies under one of them counts for all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct WorkerName(pub u64);
+
 /// The program that a worker runs, by a digest: the same program gives the same bits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Build(pub [u8; 32]);
@@ -177,8 +182,10 @@ pub enum Event {
         park: bool,
         /// What it runs.
         build: Build,
-        /// What it can do; both stay what they are for its lifetime.
+        /// What it can do.
         skills: Skills,
+        /// What it is called; all three stay what they are for its lifetime.
+        name: WorkerName,
     },
     /// A worker is still at it.
     Renew {
@@ -194,6 +201,8 @@ pub enum Event {
         build: Build,
         /// What it can do.
         skills: Skills,
+        /// What it is called.
+        name: WorkerName,
     },
     /// A worker asks for a cancellation as soon as its job is not wanted any more.
     WatchCancel {
@@ -215,6 +224,8 @@ pub enum Event {
     Commit {
         /// The worker concerned.
         worker: Worker,
+        /// What it is called.
+        name: WorkerName,
         /// Of what.
         job: Job,
         /// By which grant.

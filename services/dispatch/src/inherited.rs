@@ -10,7 +10,7 @@
 //! ([`Event::Release`](crate::Event::Release)). What becomes of them is in `takeover`.
 
 use crate::by_name::ByJob;
-use crate::event::{Build, Claimant, Epoch, Job, Millis, Skills, Worker};
+use crate::event::{Build, Claimant, Epoch, Job, Millis, Skills, Worker, WorkerName};
 use std::collections::BTreeSet;
 
 /// A worker renews its lease of a job.
@@ -19,6 +19,7 @@ pub(crate) struct LeaseRenewal {
     pub(crate) worker: Worker,
     pub(crate) build: Build,
     pub(crate) skills: Skills,
+    pub(crate) name: WorkerName,
     pub(crate) epoch: Epoch,
     pub(crate) begun: bool,
     pub(crate) at: Millis,
@@ -83,11 +84,23 @@ impl InheritedJobs {
         self.unopened.remove(&job).and_then(|inherited| inherited.renewal)
     }
 
-    /// Remembers a renewal until a run opens the job.
-    pub(crate) fn renew(&mut self, job: Job, renewal: LeaseRenewal) {
-        if let Some(inherited) = self.unopened.get_mut(&job) {
+    /// Remembers a renewal until a run opens the job, unless another is heard to be at it.
+    pub(crate) fn renew(&mut self, job: Job, renewal: LeaseRenewal, lease: Millis) {
+        let elsewhere = self.is_anothers((renewal.at, lease), job, renewal.worker);
+        if let Some(inherited) = self.unopened.get_mut(&job).filter(|_| !elsewhere) {
             inherited.renewal = Some(renewal);
         }
+    }
+
+    /// Whether another than this worker is heard to be at a job that no run has opened yet.
+    pub(crate) fn is_anothers(
+        &self,
+        (now, lease): (Millis, Millis),
+        job: Job,
+        worker: Worker,
+    ) -> bool {
+        let heard = self.unopened.get(&job).and_then(|inherited| inherited.renewal);
+        heard.is_some_and(|heard| heard.worker != worker && heard.at + lease > now)
     }
 
     /// A run wants nothing any more: the jobs that only it wanted and nobody has opened, and what

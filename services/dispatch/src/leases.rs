@@ -49,6 +49,11 @@ impl Leases {
         self.iter_mut().find(|lease| lease.epoch == epoch)
     }
 
+    /// The same, if that worker has it.
+    pub(crate) fn find_own(&mut self, worker: Worker, epoch: Epoch) -> Option<&mut Lease> {
+        self.find(epoch).filter(|lease| lease.worker == worker)
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.first.is_none()
     }

@@ -42,10 +42,14 @@
 //! - a job that starts from the result of another goes to the worker that found that result, which
 //!   has it already, if that one's question is parked and it may have the job. Nobody waits for
 //!   it: the preference says who gets a job, not which job is next;
+//! - under whom a job died is a name, whatever the number of processes that have it, and a job and
+//!   its duplicate go to two names; a name of which no process is there is cleared by the next that
+//!   comes a minute or more after the last job that was held against it, so that a machine that was
+//!   mended gets jobs;
 //! - a worker gets no more if jobs died under it that others finished; or that died under it and
 //!   nowhere else, one after another, and that nobody else has been free to try for a lease. A job
 //!   that dies elsewhere too is no longer held against it, and the last worker that can do what it
-//!   can stays; who was drained is drained in the next life too;
+//!   can stays; who was drained by hand is drained in the next life too;
 //! - the workers are shared evenly between tenants, and within a tenant by priority; a run that has
 //!   waited too long lets one other pass and goes next, so none starves;
 //! - a job that takes much longer than its run's others gets one duplicate, if a worker is idle;
@@ -54,7 +58,7 @@
 //! - who has a job that nobody wants any more is told at once, and again at the next renewal;
 //! - a worker keeps a result until there is a receipt, and kills a solve that outlasts its limit.
 //!
-//! Absent on purpose: clocks, wires, threads, entropy, names of workers, contents of jobs.
+//! Absent on purpose: clocks, wires, threads, entropy, spelling of names, contents of jobs.
 
 mod ask;
 mod blame;
@@ -94,7 +98,7 @@ mod sim;
 pub use counts::Counts;
 pub use effect::{Bound, Cause, Effect, Loss, Reason, Receipt, StopReason, Verdict};
 pub use event::{Build, Claimant, Digest, Epoch, Event, Job, Millis, Outcome, Prior, Run};
-pub use event::{Share, Skills, Tenant, Trouble, Worker};
+pub use event::{Share, Skills, Tenant, Trouble, Worker, WorkerName};
 pub use lru_index::LruIndex;
 pub use machine::Dispatch;
 pub use timing::Timing;

@@ -39,7 +39,8 @@ pub(crate) fn fail_attempt(
     trouble: Trouble,
     out: &mut Vec<Effect>,
 ) {
-    let held = |r: &JobRecord| r.leases.iter().any(|lease| lease.epoch == epoch);
+    let own = |lease: &Lease| (lease.worker, lease.epoch) == (worker, epoch);
+    let held = |r: &JobRecord| r.leases.iter().any(own);
     if pool.jobs.get(&job).is_some_and(held) {
         match trouble {
             Trouble::Crashed => lose_lease(pool, now, job, epoch, Loss::Crashed, out),
@@ -47,7 +48,7 @@ pub(crate) fn fail_attempt(
             Trouble::Invalid => abandon(pool, now, job, Reason::Invalid, out),
         }
     } else {
-        give_up(pool, now, job, epoch);
+        give_up(pool, now, (worker, job, epoch));
     }
     out.push(Effect::Taken { worker, receipt: Receipt::Noted });
 }
@@ -111,6 +112,7 @@ pub(crate) fn lose_lease(
         return;
     };
     let worker = lease.worker;
+    let name = pool.worker_table.name(worker);
     let charged = match loss {
         Loss::Crashed => true,
         // Nobody says what it died of: of the job only if a solver had the job.
@@ -119,11 +121,11 @@ pub(crate) fn lose_lease(
     };
     #[cfg(test)]
     let charged = pool.mutant.map_or(charged, |mutant| mutant.charges(charged, loss));
-    if charged {
+    if let Some(name) = name.filter(|_| charged) {
         record.crashes += 1;
-        record.ask.died(worker);
-        if record.ask.killers == [worker] {
-            pool.worker_table.died_alone(now, worker, job);
+        record.ask.died(name);
+        if record.ask.killers == [name] {
+            pool.worker_table.died_alone(now, name, job);
         }
     }
     if loss == Loss::Silent {

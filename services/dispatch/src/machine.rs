@@ -119,12 +119,12 @@ impl Dispatch {
             Event::Pause(_) if pool.is(Mutant::PauseIgnored) => {}
             Event::Pause(run) => pool.shares.pause(now, run, true),
             Event::Resume(run) => pool.shares.pause(now, run, false),
-            Event::Poll { worker, seq, slots, park, build, skills } => {
-                register(pool, worker, build, skills, &mut out);
+            Event::Poll { worker, seq, slots, park, build, skills, name } => {
+                register(pool, now, worker, (build, skills, name), &mut out);
                 answer_poll(pool, now, worker, seq, (slots > 0, park), &mut out);
             }
-            Event::Renew { worker, job, epoch, begun, build, skills } => {
-                let renewal = LeaseRenewal { worker, build, skills, epoch, begun, at: now };
+            Event::Renew { worker, job, epoch, begun, build, skills, name } => {
+                let renewal = LeaseRenewal { worker, build, skills, name, epoch, begun, at: now };
                 renew(pool, job, renewal, &mut out);
             }
             Event::WatchCancel { worker, job, epoch } => {
@@ -168,7 +168,7 @@ impl Dispatch {
 
 /// A worker hands in a result ([`Event::Commit`]).
 fn take_result(pool: &mut PoolState, now: Millis, event: Event, out: &mut Vec<Effect>) {
-    let Event::Commit { worker, job, epoch, build, digest, outcome, prior } = event else {
+    let Event::Commit { worker, name, job, epoch, build, digest, outcome, prior } = event else {
         return;
     };
     let foreign = pool.is_foreign(job, epoch, build);
@@ -177,7 +177,7 @@ fn take_result(pool: &mut PoolState, now: Millis, event: Event, out: &mut Vec<Ef
     let receipt = if kept.is_none() && is_inherited_by(pool, job, epoch) {
         complete_unclaimed(pool, job, done)
     } else {
-        commit(pool, now, (worker, job), (done, foreign), kept, out)
+        commit(pool, now, (name, job), (done, foreign), kept, out)
     };
     out.push(Effect::Taken { worker, receipt });
 }

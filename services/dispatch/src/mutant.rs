@@ -56,6 +56,10 @@ pub(crate) enum Mutant {
     NeverDrained,
     /// A job that died under others too counts against each, and at once.
     BlameStays,
+    /// Each process of a name counts for itself.
+    BlameBySession,
+    /// A slow job's duplicate goes to another process of the same name.
+    HedgedAtHome,
     /// A worker whose end nobody has noticed is waited for.
     GhostAwaited,
     /// A new life does not know who was drained.

@@ -155,7 +155,7 @@ pub(crate) fn asker_for(pool: &PoolState, job: Job) -> Option<Ticket> {
 /// have the job.
 fn maker_asking(worker_table: &WorkerTable, maker: Worker, ask: &Ask) -> Option<Ticket> {
     let state = worker_table.get(&maker).filter(|state| !state.drained)?;
-    state.parked.filter(|_| state.skills.meet(ask.need) && !ask.killers.contains(&maker))
+    state.parked.filter(|_| state.skills.meet(ask.need) && !ask.killers.contains(&state.name))
 }
 
 /// Answers a parked worker's poll with a job.
@@ -216,7 +216,15 @@ pub(crate) fn hedge(pool: &mut PoolState, now: Millis, out: &mut Vec<Effect>) {
         });
         // Another build may find other bits: then which came first would show.
         let build = pool.build_of(lease.worker);
-        let other = |worker| worker != lease.worker && pool.build_of(worker) == build;
+        // One name is one machine, and one that is slow or lies is so in all of its processes.
+        let name = pool.worker_table.name(lease.worker);
+        #[cfg(test)]
+        let name = name.filter(|_| !pool.is(Mutant::HedgedAtHome));
+        let other = |worker| {
+            worker != lease.worker
+                && pool.worker_table.name(worker) != name
+                && pool.build_of(worker) == build
+        };
         let Some(ticket) = pool.parked.first(record.ask.need, other) else {
             continue;
         };
@@ -225,6 +233,10 @@ pub(crate) fn hedge(pool: &mut PoolState, now: Millis, out: &mut Vec<Effect>) {
             lend(pool, now, ticket, lease.run, job, out);
         }
     }
+}
+
+fn died_under(ask: &Ask, worker_table: &WorkerTable, worker: Worker) -> bool {
+    worker_table.name(worker).is_some_and(|name| ask.killers.contains(&name))
 }
 
 /// The worker that has waited longest, of those under whom the job has not died. One under whom it
@@ -238,7 +250,7 @@ fn asker(
     if ask.killers.is_empty() {
         return parked.first(ask.need, |_| true);
     }
-    let clean = parked.first(ask.need, |worker| !ask.killers.contains(&worker));
+    let clean = parked.first(ask.need, |worker| !died_under(ask, worker_table, worker));
     clean.or_else(|| {
         let nobody = !avoids_killers || !worker_table.others(ask);
         parked.first(ask.need, |_| nobody)

@@ -13,13 +13,14 @@ use crate::takeover::{renew_inherited, resume};
 
 pub(crate) fn renew(pool: &mut PoolState, job: Job, renewal: LeaseRenewal, out: &mut Vec<Effect>) {
     let (worker, lease) = (renewal.worker, pool.timing.lease);
-    let said = match prolong(pool, job, renewal, out) {
-        Ok(()) => Effect::Renewed { worker, job, lease },
-        Err(reason) => Effect::Stop { worker, job, reason },
-    };
-    out.push(said);
-    if renewal.begun {
-        advance_stage(pool, job, renewal.epoch, Stage::Begun);
+    match prolong(pool, job, renewal, out) {
+        Ok(()) => {
+            out.push(Effect::Renewed { worker, job, lease });
+            if renewal.begun {
+                advance_stage(pool, job, renewal.epoch, Stage::Begun);
+            }
+        }
+        Err(reason) => out.push(Effect::Stop { worker, job, reason }),
     }
 }
 
@@ -52,7 +53,7 @@ pub(crate) fn prolong(
         }
         return Err(StopReason::Over);
     }
-    if let Some(held) = record.leases.find(epoch) {
+    if let Some(held) = record.leases.find_own(renewal.worker, epoch) {
         (held.expires, held.suspect) = (expires, false);
         pool.jobs.set_timer(job, pool.timing.lease);
         return Ok(());
@@ -61,7 +62,8 @@ pub(crate) fn prolong(
         .lapsed
         .as_deref()
         .copied()
-        .filter(|last| last.epoch == epoch && record.phase != Phase::Held);
+        .filter(|last| (last.worker, last.epoch) == (renewal.worker, epoch))
+        .filter(|_| record.phase != Phase::Held);
     let Some(back) = back else {
         let gone_on = resume(pool, now, job, renewal, out);
         return if gone_on { Ok(()) } else { Err(StopReason::Superseded) };

@@ -1,7 +1,7 @@
 //! Jobs that were being solved when an earlier life of the coordinator ended.
 
 use crate::effect::{Effect, Receipt, Verdict};
-use crate::event::{Claimant, Epoch, Event, Job, Millis};
+use crate::event::{Claimant, Epoch, Event, Job, Millis, Worker};
 use crate::grants::{give_back, hold};
 use crate::inherited::LeaseRenewal;
 use crate::job_record::{JobRecord, Phase};
@@ -95,7 +95,8 @@ pub(crate) fn inherit_again(pool: &mut PoolState, now: Millis, job: Job) -> bool
     let at = expires.saturating_sub(pool.timing.lease);
     let renewal = pool.worker_table.get(&worker).map(|state| {
         let begun = stage >= Stage::Begun;
-        LeaseRenewal { worker, build: state.build, skills: state.skills, epoch, begun, at }
+        let (build, skills, name) = (state.build, state.skills, state.name);
+        LeaseRenewal { worker, build, skills, name, epoch, begun, at }
     });
     give_back(pool, now, job, &lease);
     pool.inherited.put(job, expires, renewal);
@@ -119,11 +120,12 @@ pub(crate) fn adopt(pool: &mut PoolState, now: Millis, job: Job, out: &mut Vec<E
     }
 }
 
-/// Remembers a renewal of a job that no run has opened yet; whether it is an inherited one.
+/// Remembers a renewal of a job that no run has opened yet; whether it is an inherited one. Where
+/// two are at it, or one only says so, the first that was heard stays the one that is waited for.
 pub(crate) fn renew_inherited(pool: &mut PoolState, job: Job, renewal: LeaseRenewal) -> bool {
     let inherited = is_inherited_by(pool, job, renewal.epoch);
     if inherited {
-        pool.inherited.renew(job, renewal);
+        pool.inherited.renew(job, renewal, pool.timing.lease);
     }
     inherited
 }
@@ -148,7 +150,7 @@ pub(crate) fn resume(
     if pool.is(Mutant::InheritedSuperseded) {
         return false;
     }
-    let LeaseRenewal { worker, build, skills, epoch, begun, at } = renewal;
+    let LeaseRenewal { worker, build, skills, name, epoch, begun, at } = renewal;
     // Who asks for work, or has some, is not at this any more.
     let at_else = |state: &WorkerState| state.parked.is_some() || !state.held.is_empty();
     if !earlier(pool, epoch) || pool.worker_table.get(&worker).is_some_and(at_else) {
@@ -164,7 +166,7 @@ pub(crate) fn resume(
     };
     record.attempts += 1;
     record.last = Some(worker);
-    register(pool, worker, build, skills, out);
+    register(pool, now, worker, (build, skills, name), out);
     pool.worker_table.back(now, worker, pool.timing.patience());
     let charged = pool.shares.charge(now, run, false);
     let (expires, hard) = (at + pool.timing.lease, now + pool.timing.hard);
@@ -177,9 +179,16 @@ pub(crate) fn resume(
     true
 }
 
-/// Who was at an inherited job gives it back, or leaves: nothing is left to wait for.
-pub(crate) fn give_up(pool: &mut PoolState, now: Millis, job: Job, epoch: Epoch) {
-    if !earlier(pool, epoch) {
+/// Who was at an inherited job gives it back, or leaves: nothing is left to wait for, unless
+/// another is heard to be at it.
+pub(crate) fn give_up(
+    pool: &mut PoolState,
+    now: Millis,
+    (worker, job, epoch): (Worker, Job, Epoch),
+) {
+    let held = pool.jobs.get(&job).is_some_and(|record| !record.leases.is_empty());
+    let elsewhere = held || pool.inherited.is_anothers((now, pool.timing.lease), job, worker);
+    if !earlier(pool, epoch) || elsewhere {
         return;
     }
     pool.inherited.forget(job);

@@ -2,29 +2,45 @@
 
 use crate::ask::Ask;
 use crate::by_name::ByWorker;
-use crate::event::{Build, Epoch, Job, Millis, Skills, Worker};
+use crate::event::{Build, Epoch, Job, Millis, Skills, Worker, WorkerName};
 use crate::parked_polls::Ticket;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Workers remembered after their end, so that a late copy of their polls mints no grant.
 const MAX_GONE: usize = 4_096;
-/// Jobs remembered that died under one worker alone.
+/// Jobs remembered that died under one name alone.
 const MAX_ALONE: usize = 64;
+/// A name of which nobody is there is cleared this long after the last job that was held against
+/// it, once somebody comes who has it \[ms\]: who drives it may have mended the machine.
+const CLEARED: Millis = 60_000;
+
+/// What is held against the workers of one name.
+#[derive(Debug, Default)]
+pub(crate) struct NameRecord {
+    /// All that are remembered.
+    workers: BTreeSet<Worker>,
+    /// Those that are there.
+    pub(crate) there: BTreeSet<Worker>,
+    /// Jobs that died under them and that others finished.
+    pub(crate) blame: u32,
+    /// When a job was last held against them, as one of these or of those.
+    pub(crate) blamed_at: Millis,
+    /// Jobs that died under them since one of them finished one, and when; of some more is known by
+    /// now.
+    pub(crate) alone: Vec<(Job, Millis)>,
+}
 
 #[derive(Clone, Debug)]
 pub(crate) struct WorkerState {
     pub(crate) build: Build,
     pub(crate) skills: Skills,
+    pub(crate) name: WorkerName,
     pub(crate) last_seq: u64,
     /// What the last poll was answered with, for its repeats.
     pub(crate) granted: Option<(Job, Epoch)>,
     /// Its place among the parked.
     pub(crate) parked: Option<Ticket>,
     pub(crate) held: Vec<(Job, Epoch)>,
-    /// Jobs that died here and that others finished.
-    pub(crate) blame: u32,
-    /// Jobs that died here since it finished one, and when; of some more is known by now.
-    pub(crate) alone: Vec<(Job, Millis)>,
     pub(crate) gone: bool,
     pub(crate) drained: bool,
     /// Of its last question for work, or when a lease of it was over last.
@@ -37,6 +53,7 @@ pub(crate) struct WorkerState {
 #[derive(Debug, Default)]
 pub(crate) struct WorkerTable {
     workers: ByWorker<WorkerState>,
+    names: BTreeMap<WorkerName, NameRecord>,
     /// Those that are there and not drained, by what they can do.
     kinds: BTreeMap<Skills, usize>,
     /// Who is not known yet, and gets nothing when it is.
@@ -76,34 +93,59 @@ impl WorkerTable {
 
     /// Whether somebody is there, busy or not, who can do the job and under whom it has not died.
     pub(crate) fn others(&self, ask: &Ask) -> bool {
+        let killers = ask.killers.iter().map(|name| self.able_of(*name, ask.need));
+        self.able(ask.need) > killers.sum()
+    }
+
+    /// How many of a name are there who can do it.
+    fn able_of(&self, name: WorkerName, need: Skills) -> usize {
         let counts = |worker: &&Worker| {
-            self.get(worker).is_some_and(|p| !p.gone && !p.drained && p.skills.meet(ask.need))
+            self.get(worker).is_some_and(|p| !p.gone && !p.drained && p.skills.meet(need))
         };
-        self.able(ask.need) > ask.killers.iter().filter(counts).count()
+        self.names.get(&name).map_or(0, |record| record.there.iter().filter(counts).count())
     }
 
-    /// Whether another is there who can do all that this one can.
+    /// Whether one of another name is there who can do all that this one can.
     pub(crate) fn spares(&self, worker: Worker) -> bool {
-        self.get(&worker).is_some_and(|state| {
-            self.able(state.skills) > usize::from(!state.gone && !state.drained)
-        })
+        self.get(&worker)
+            .is_some_and(|state| self.able(state.skills) > self.able_of(state.name, state.skills))
     }
 
-    /// A worker is there, perhaps for the first time; whether it turns out to be drained.
-    pub(crate) fn arrive(&mut self, worker: Worker, build: Build, skills: Skills) -> bool {
+    /// What a worker is called that is remembered.
+    pub(crate) fn name(&self, worker: Worker) -> Option<WorkerName> {
+        self.get(&worker).map(|state| state.name)
+    }
+
+    /// What is held against a name; nothing where nobody is remembered who has it.
+    pub(crate) fn record_mut(&mut self, name: WorkerName) -> Option<&mut NameRecord> {
+        self.names.get_mut(&name)
+    }
+
+    /// A worker is there, perhaps for the first time; whether it turns out to be drained. One that
+    /// is remembered keeps the name that it had then.
+    pub(crate) fn arrive(
+        &mut self,
+        now: Millis,
+        worker: Worker,
+        (build, skills, name): (Build, Skills, WorkerName),
+    ) -> bool {
         if self.workers.get(&worker).is_some() {
             return false;
         }
         let drained = self.barred.remove(&worker).is_some();
+        let record = self.names.entry(name).or_default();
+        if record.there.is_empty() && record.blamed_at + CLEARED <= now {
+            (record.blame, record.alone) = (0, Vec::new());
+        }
+        record.workers.insert(worker);
         let state = WorkerState {
             build,
             skills,
+            name,
             last_seq: 0,
             granted: None,
             parked: None,
             held: Vec::new(),
-            blame: 0,
-            alone: Vec::new(),
             // Until its question is taken in.
             gone: true,
             drained,
@@ -134,6 +176,9 @@ impl WorkerTable {
         if state.gone {
             state.gone = false;
             let (skills, counts) = (state.skills, !state.drained);
+            if let Some(record) = self.names.get_mut(&state.name) {
+                record.there.insert(worker);
+            }
             self.gone.retain(|gone| *gone != worker);
             self.count(skills, counts, 1);
         }
@@ -144,6 +189,9 @@ impl WorkerTable {
         if let Some(state) = self.workers.get_mut(&worker).filter(|state| !state.gone) {
             state.gone = true;
             let (skills, counts) = (state.skills, !state.drained);
+            if let Some(record) = self.names.get_mut(&state.name) {
+                record.there.remove(&worker);
+            }
             self.gone.push_back(worker);
             self.count(skills, counts, -1);
         }
@@ -151,8 +199,20 @@ impl WorkerTable {
             let Some(oldest) = self.gone.pop_front() else {
                 break;
             };
-            if self.workers.get(&oldest).is_some_and(|state| state.gone && state.held.is_empty()) {
+            let over = |state: &&WorkerState| state.gone && state.held.is_empty();
+            if let Some(name) = self.workers.get(&oldest).filter(over).map(|state| state.name) {
                 self.workers.remove(&oldest);
+                self.forget(oldest, name);
+            }
+        }
+    }
+
+    /// With the last of a name what is held against it is forgotten.
+    fn forget(&mut self, worker: Worker, name: WorkerName) {
+        if let Some(record) = self.names.get_mut(&name) {
+            record.workers.remove(&worker);
+            if record.workers.is_empty() {
+                self.names.remove(&name);
             }
         }
     }
@@ -178,13 +238,15 @@ impl WorkerTable {
         }
     }
 
-    /// A job died under it, and under nobody else.
-    pub(crate) fn died_alone(&mut self, now: Millis, worker: Worker, job: Job) {
-        if let Some(state) = self.workers.get_mut(&worker)
-            && state.alone.iter().all(|(known, _)| *known != job)
-            && state.alone.len() < MAX_ALONE
-        {
-            state.alone.push((job, now));
+    /// A job died under a name, and under no other.
+    pub(crate) fn died_alone(&mut self, now: Millis, name: WorkerName, job: Job) {
+        let Some(record) = self.names.get_mut(&name) else {
+            return;
+        };
+        record.blamed_at = now;
+        let known = record.alone.iter().any(|(known, _)| *known == job);
+        if !known && record.alone.len() < MAX_ALONE {
+            record.alone.push((job, now));
         }
     }
 

@@ -1,7 +1,7 @@
 //! Workers as they come, go silent and are drained.
 
 use crate::effect::{Cause, Effect};
-use crate::event::{Build, Epoch, Job, Millis, Skills, Worker};
+use crate::event::{Build, Epoch, Job, Millis, Skills, Worker, WorkerName};
 #[cfg(test)]
 use crate::mutant::Mutant;
 use crate::parked_polls::Asker;
@@ -10,19 +10,23 @@ use crate::state::PoolState;
 /// A worker is there; one that an earlier life has drained stays so.
 pub(crate) fn register(
     pool: &mut PoolState,
+    now: Millis,
     worker: Worker,
-    build: Build,
-    skills: Skills,
+    (build, skills, name): (Build, Skills, WorkerName),
     out: &mut Vec<Effect>,
 ) {
-    if pool.worker_table.arrive(worker, build, skills) {
+    #[cfg(test)]
+    let name = if pool.is(Mutant::BlameBySession) { WorkerName(worker.0) } else { name };
+    if pool.worker_table.arrive(now, worker, (build, skills, name)) {
         out.push(Effect::Drained { worker, cause: Cause::Before });
     }
 }
 
-/// No further job for this worker.
+/// No further job for this worker. Who asks for it is answered where it was drained before, too:
+/// of what the pool finds by itself the next life knows nothing.
 pub(crate) fn drain(pool: &mut PoolState, worker: Worker, cause: Cause, out: &mut Vec<Effect>) {
-    if !pool.worker_table.drain(worker) {
+    let known = cause == Cause::Asked && pool.worker_table.get(&worker).is_some();
+    if !pool.worker_table.drain(worker) && !known {
         return;
     }
     let ticket = pool.worker_table.get_mut(&worker).and_then(|state| state.parked.take());

@@ -6,7 +6,7 @@ use super::error::{SceneError, SceneErrorKind, suggest};
 use super::tree::{Node, Path, TableEntry, Value, join, show};
 use super::unit::{self, Dimension};
 use serde_json::Value as Json;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What was found.
 #[derive(Debug, Default)]
@@ -14,7 +14,7 @@ pub struct Findings {
     /// What is wrong.
     pub errors: Vec<SceneError>,
     /// The paths of what is wrong: what is there is read no further.
-    pub bad: Vec<Path>,
+    pub bad: BTreeSet<Path>,
 }
 
 /// Checks `node` against `schema` and turns text with units into SI numbers in place.
@@ -69,7 +69,7 @@ impl SchemaChecker<'_> {
     fn note(&mut self, kind: SceneErrorKind, node: &Node, path: &Path, message: String) {
         let error = SceneError::at(&node.origin, show(path), message);
         self.found.errors.push(error.of_kind(kind));
-        self.found.bad.push(path.clone());
+        self.found.bad.insert(path.clone());
     }
 
     fn node(&mut self, schema: &Json, node: &mut Node, path: &Path) {
@@ -144,7 +144,7 @@ impl SchemaChecker<'_> {
     fn unknown_key(&mut self, key: &str, entry: &TableEntry, names: &[&str], path: &Path) {
         let error = SceneError::at(&entry.key, show(path), format!("unknown key `{key}`"));
         self.found.errors.push(error.help(suggest(key, names)));
-        self.found.bad.push(path.clone());
+        self.found.bad.insert(path.clone());
     }
 
     fn array(&mut self, schema: &Json, node: &mut Node, path: &Path) {
@@ -210,7 +210,7 @@ impl SchemaChecker<'_> {
                 let help = suggest(word, names).filter(|help| !help.starts_with("known: "));
                 let error = SceneError::at(&node.origin, show(path), message).help(help);
                 self.found.errors.push(error);
-                self.found.bad.push(path.clone());
+                self.found.bad.insert(path.clone());
             }
             other => {
                 let message = format!("must be one of {known}, not {}", described(other));

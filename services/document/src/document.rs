@@ -10,9 +10,6 @@ use std::sync::Arc;
 /// Deepest chain of includes: a longer one is a mistake, and each level costs stack.
 pub const MAX_INCLUDE_DEPTH: usize = 8;
 
-/// Longest scene file \[bytes\]: generators say in ten lines what a million lines would.
-pub const MAX_SCENE_BYTES: usize = 8 << 20;
-
 /// How files begin that people give in place of a text, and what they are.
 const BINARY: [(&[u8], &str); 10] = [
     (b"\x89PNG", "a picture (PNG)"),
@@ -40,18 +37,15 @@ pub fn read(files: &mut Files, main: &str) -> Result<(Node, Arc<Text>), SceneErr
 }
 
 fn text_of(files: &mut Files, key: &str) -> Result<Arc<Text>, String> {
-    let bytes = files.get(key).map_err(|error| error.to_string())?;
+    let bytes = files.text(key).map_err(|error| error.to_string())?;
     let label = files.label(key);
-    if bytes.len() > MAX_SCENE_BYTES {
-        return Err(format!("{label} is larger than {MAX_SCENE_BYTES} bytes"));
-    }
     if let Some((_, kind)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Err(format!("{label} is {kind}, and no text in TOML"));
     }
     match std::str::from_utf8(&bytes) {
         Ok(content) => {
             let content = content.strip_prefix('\u{feff}').unwrap_or(content).to_owned();
-            Ok(Arc::new(Text { label, base: folder_of(key), content }))
+            Ok(Arc::new(Text::new(label, folder_of(key), content)))
         }
         Err(error) => Err(format!(
             "{label} is no text in TOML: it is not UTF-8, byte {} is wrong",
@@ -67,10 +61,10 @@ fn expand(
     errors: &mut Vec<SceneError>,
 ) -> Node {
     let (node, faults) = tree::parse(text);
-    match faults.first().and_then(|fault| fault.place.as_ref()) {
+    match faults.first().and_then(SceneError::place) {
         // A script, a log: that its lines are no TOML says nothing of any of them.
         Some(place) if !text.label.to_lowercase().ends_with(".toml") => {
-            let (label, line, shown) = (&text.label, place.line, place.shown());
+            let (label, line, shown) = (&text.label, place.line, place.text);
             let message = format!("{label} is no text in TOML: line {line} is `{shown}`");
             errors.push(SceneError::without_place(message));
         }
@@ -168,5 +162,70 @@ fn follow(before: Node, after: Node) -> Node {
             Node { origin: after.origin, value: Value::Array(first) }
         }
         (_, value) => Node { origin: after.origin, value },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::files::{Files, MAX_SCENE_BYTES, MAX_TEXTS, SCENE_BASE, Source};
+    use super::{MAX_INCLUDE_DEPTH, read};
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+    use std::time::{Duration, Instant};
+
+    fn files<'a>(texts: impl IntoIterator<Item = (&'a str, String)>) -> Files {
+        let all = texts.into_iter();
+        let all = all.map(|(name, text)| (format!("{SCENE_BASE}{name}"), Arc::new(text.into())));
+        Files::new(Source::Bundle(all.collect::<BTreeMap<_, _>>()))
+    }
+
+    fn including(name: &str, times: usize) -> String {
+        format!("include = [{}]\n", vec![format!("\"{name}\""); times].join(", "))
+    }
+
+    fn said(mut files: Files) -> String {
+        let begun = Instant::now();
+        let said = read(&mut files, "scene/0.toml").expect_err("it is over a bound").to_string();
+        assert!(begun.elapsed() < Duration::from_secs(5), "{:?}: {said}", begun.elapsed());
+        said
+    }
+
+    /// Each of eight files includes the next one 64 times: 64^8 texts, if all were read.
+    #[test]
+    fn includes_that_fan_out_have_one_bound_in_all() {
+        let names: Vec<String> = (0..=MAX_INCLUDE_DEPTH).map(|n| format!("{n}.toml")).collect();
+        let next = |n: usize| names.get(n + 1).map_or_else(String::new, |next| including(next, 64));
+        let said = said(files((0..names.len()).map(|n| (names[n].as_str(), next(n)))));
+        assert!(said.contains("more than 256 files with all that it includes"), "{said}");
+    }
+
+    #[test]
+    fn texts_are_bounded_together() {
+        let long = "#".repeat(MAX_SCENE_BYTES - 1) + "\n";
+        let main = "include = [\"a.toml\", \"a.toml\", \"b.toml\"]\n";
+        let said = said(files([
+            ("0.toml", main.to_owned()),
+            ("a.toml", long),
+            ("b.toml", "\n".to_owned()),
+        ]));
+        assert!(said.contains("with a.toml the document would have more than 16777216 bytes"));
+        let said = self::said(files([("0.toml", "#".repeat(MAX_SCENE_BYTES + 1))]));
+        assert_eq!(said, "0.toml is larger than 8388608 bytes");
+    }
+
+    #[test]
+    fn a_file_may_be_included_more_than_once() {
+        let part = "[[body]]\n".to_owned();
+        let mut files = files([("0.toml", including("a.toml", MAX_TEXTS - 1)), ("a.toml", part)]);
+        let (root, _) = read(&mut files, "scene/0.toml").expect("all that may be");
+        assert_eq!(root.items("body").len(), MAX_TEXTS - 1);
+    }
+
+    #[test]
+    fn nothing_is_read_for_who_wants_it_no_more() {
+        let stop = Arc::new(AtomicBool::new(true));
+        let said = said(files([("0.toml", String::new())]).until(stop));
+        assert_eq!(said, "loading was stopped");
     }
 }

@@ -24,7 +24,7 @@ pub struct SourcePlace {
     pub width: usize,
     /// Byte range in the whole text.
     pub range: Range<usize>,
-    /// That line of the text.
+    /// That line of the text, cut where it is too long to be read.
     pub text: String,
 }
 
@@ -33,22 +33,18 @@ impl SourcePlace {
         let content = &origin.text.content;
         let start = floor_boundary(content, origin.range.start);
         let end = floor_boundary(content, origin.range.end).max(start);
-        let line_start = content[..start].rfind('\n').map_or(0, |at| at + 1);
+        let (line, line_start) = origin.text.line_at(start);
         let line_end = content[start..].find('\n').map_or(content.len(), |at| start + at);
         let shown_end = end.min(line_end);
+        let shown = content[line_start..line_end].trim_end_matches('\r');
         Self {
             file: origin.text.label.clone(),
-            line: content[..start].matches('\n').count() + 1,
+            line: line + 1,
             column: content[line_start..start].chars().count() + 1,
             width: content[start..shown_end.max(start)].chars().count().max(1),
             range: start..end,
-            text: content[line_start..line_end].trim_end_matches('\r').to_owned(),
+            text: shown.chars().take(MAX_LINE).collect(),
         }
-    }
-
-    /// Its line, cut where it is too long to be read.
-    pub(crate) fn shown(&self) -> String {
-        self.text.chars().take(MAX_LINE).collect()
     }
 }
 
@@ -72,11 +68,12 @@ pub enum SceneErrorKind {
     Geometry,
 }
 
-/// One thing that is wrong with a scene.
+/// One thing that is wrong with a scene. Where it is gets worked out when somebody asks: a scene
+/// may have a hundred thousand errors, of which twenty are shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneError {
-    /// Where, if it has a place in a text.
-    pub place: Option<SourcePlace>,
+    /// What of which text it is about, if it has a place in a text.
+    pub origin: Option<SourceSpan>,
     /// Path of the value, as `--set` takes it; may be empty.
     pub path: String,
     /// What is wrong: the value and the bound.
@@ -92,7 +89,7 @@ impl SceneError {
     #[must_use]
     pub fn at(origin: &SourceSpan, path: impl Into<String>, message: impl Into<String>) -> Self {
         Self {
-            place: Some(SourcePlace::of(origin)),
+            origin: Some(origin.clone()),
             path: path.into(),
             message: message.into(),
             help: None,
@@ -104,7 +101,13 @@ impl SceneError {
     #[must_use]
     pub fn without_place(message: impl Into<String>) -> Self {
         let (path, message) = (String::new(), message.into());
-        Self { place: None, path, message, help: None, kind: SceneErrorKind::Wrong }
+        Self { origin: None, path, message, help: None, kind: SceneErrorKind::Wrong }
+    }
+
+    /// Where it is, if it has a place in a text.
+    #[must_use]
+    pub fn place(&self) -> Option<SourcePlace> {
+        self.origin.as_ref().map(SourcePlace::of)
     }
 
     /// The same, with advice.
@@ -123,7 +126,7 @@ impl SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(place) = &self.place else {
+        let Some(place) = self.place() else {
             write!(out, "{}", self.message)?;
             return match &self.help {
                 Some(help) => write!(out, "\n  help: {help}"),
@@ -135,7 +138,7 @@ impl fmt::Display for SceneError {
             write!(out, "{}: ", self.path)?;
         }
         writeln!(out, "{}", self.message)?;
-        let shown = place.shown();
+        let shown = &place.text;
         let margin = place.line.to_string().len();
         write!(out, "  {} | {shown}", place.line)?;
         if place.column <= MAX_LINE {
@@ -165,9 +168,11 @@ impl SceneErrors {
     /// Sorts by place, so that a reader meets them in the order of the file.
     #[must_use]
     pub fn sorted(mut errors: Vec<SceneError>) -> Self {
-        errors.sort_by_key(|error| {
-            error.place.as_ref().map(|place| (place.file.clone(), place.range.start))
-        });
+        let place = |error: &SceneError| {
+            let origin = error.origin.clone();
+            origin.map(|SourceSpan { text, range }| (text.label.clone(), range.start))
+        };
+        errors.sort_by_cached_key(place);
         errors.dedup();
         Self { errors }
     }

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Most bytes of one file: a scene must not fill the coordinator's memory.
 pub const MAX_FILE_BYTES: u64 = 256 << 20;
@@ -17,8 +18,18 @@ pub const MAX_FILE_BYTES: u64 = 256 << 20;
 /// Most bytes of all files of a scene together, for the same reason.
 pub const MAX_TOTAL_BYTES: u64 = 512 << 20;
 
-/// Most files of a scene: an include that fans out stops here.
+/// Most files of a scene.
 pub const MAX_FILES: usize = 256;
+
+/// Longest scene file \[bytes\]: generators say in ten lines what a million lines would.
+pub const MAX_SCENE_BYTES: usize = 8 << 20;
+
+/// Most texts of a document: its main file and all includes, one that is included twice counted
+/// twice, because it is parsed twice. Includes that fan out stop here.
+pub const MAX_TEXTS: usize = 256;
+
+/// Most bytes of all these texts together, for the same reason.
+pub const MAX_TEXT_BYTES: usize = 2 * MAX_SCENE_BYTES;
 
 /// The key prefix of files that a scene file names.
 pub const SCENE_BASE: &str = "scene/";
@@ -57,6 +68,28 @@ pub enum FileError {
         /// The bound.
         limit: usize,
     },
+    /// More texts than accepted.
+    #[error(
+        "the document would have more than {limit} files with all that it includes; one that is \
+         included several times counts each time"
+    )]
+    TooManyTexts {
+        /// The bound.
+        limit: usize,
+    },
+    /// Texts that are too long together.
+    #[error(
+        "with {path} the document would have more than {limit} bytes with all that it includes"
+    )]
+    TooMuchText {
+        /// The file that is over the bound.
+        path: String,
+        /// The bound \[bytes\].
+        limit: usize,
+    },
+    /// Whoever wanted the document wants it no more.
+    #[error("loading was stopped")]
+    Stopped,
 }
 
 /// One file that a scene used.
@@ -99,13 +132,28 @@ pub struct Files {
     source: Source,
     used: BTreeMap<String, Arc<Vec<u8>>>,
     total: u64,
+    texts: usize,
+    text_bytes: usize,
+    stop: Option<Arc<AtomicBool>>,
 }
 
 impl Files {
     /// Nothing taken yet.
     #[must_use]
     pub fn new(source: Source) -> Self {
-        Self { source, used: BTreeMap::new(), total: 0 }
+        Self { source, used: BTreeMap::new(), total: 0, texts: 0, text_bytes: 0, stop: None }
+    }
+
+    /// The same until this is set: nothing can be had any more then.
+    #[must_use]
+    pub fn until(self, stop: Arc<AtomicBool>) -> Self {
+        Self { stop: Some(stop), ..self }
+    }
+
+    /// Whether loading is to end.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     /// The same with files that are given, and are not looked for in the source.
@@ -127,22 +175,53 @@ impl Files {
     /// # Errors
     /// Missing, unreadable, or over a limit.
     pub fn get(&mut self, key: &str) -> Result<Arc<Vec<u8>>, FileError> {
-        if let Some(bytes) = self.used.get(key) {
-            return Ok(Arc::clone(bytes));
+        self.get_within(key, MAX_FILE_BYTES)
+    }
+
+    /// As [`Files::get`], for a file of at most `limit` bytes; of a larger one no more is read.
+    fn get_within(&mut self, key: &str, limit: u64) -> Result<Arc<Vec<u8>>, FileError> {
+        if self.is_stopped() {
+            return Err(FileError::Stopped);
         }
-        if self.used.len() >= MAX_FILES {
-            return Err(FileError::TooMany { limit: MAX_FILES });
-        }
-        let bytes = match &self.source {
-            Source::Disk { folder } => Arc::new(read_disk(&disk_path(folder, key))?),
-            Source::Bundle(files) => match files.get(key) {
+        let bytes = match (self.used.get(key), &self.source) {
+            (Some(bytes), _) => Arc::clone(bytes),
+            _ if self.used.len() >= MAX_FILES => {
+                return Err(FileError::TooMany { limit: MAX_FILES });
+            }
+            (None, Source::Disk { folder }) => Arc::new(read_disk(&disk_path(folder, key), limit)?),
+            (None, Source::Bundle(files)) => match files.get(key) {
                 Some(bytes) => Arc::clone(bytes),
-                None => {
-                    return Err(FileError::NotBundled { path: key.to_owned() });
-                }
+                None => return Err(FileError::NotBundled { path: key.to_owned() }),
             },
         };
-        self.take(key, Arc::clone(&bytes))?;
+        if bytes.len() as u64 > limit {
+            return Err(FileError::TooLarge { path: self.label(key), limit });
+        }
+        if !self.used.contains_key(key) {
+            self.take(key, Arc::clone(&bytes))?;
+        }
+        Ok(bytes)
+    }
+
+    /// The text under `key`, to be parsed: each call counts, whether or not the file was there
+    /// before.
+    ///
+    /// # Errors
+    /// As [`Files::get`], and where the texts would be too many or too long together.
+    pub fn text(&mut self, key: &str) -> Result<Arc<Vec<u8>>, FileError> {
+        if self.texts >= MAX_TEXTS {
+            return Err(FileError::TooManyTexts { limit: MAX_TEXTS });
+        }
+        let left = MAX_TEXT_BYTES - self.text_bytes;
+        let bytes = self.get_within(key, left.min(MAX_SCENE_BYTES) as u64);
+        let bytes = bytes.map_err(|error| match error {
+            FileError::TooLarge { path, .. } if left < MAX_SCENE_BYTES => {
+                FileError::TooMuchText { path, limit: MAX_TEXT_BYTES }
+            }
+            other => other,
+        })?;
+        self.texts += 1;
+        self.text_bytes += bytes.len();
         Ok(bytes)
     }
 
@@ -162,16 +241,7 @@ impl Files {
     /// The bytes under `key`, if they are there and no more than `limit`; what is not had counts
     /// for nothing.
     pub fn get_up_to(&mut self, key: &str, limit: u64) -> Option<Arc<Vec<u8>>> {
-        if let Some(known) = self.used.get(key) {
-            return Some(Arc::clone(known));
-        }
-        let total = self.total;
-        let found = self.get(key).ok().filter(|bytes| bytes.len() as u64 <= limit);
-        if found.is_none() {
-            self.used.remove(key);
-            self.total = total;
-        }
-        found
+        self.get_within(key, limit).ok()
     }
 
     /// What a person calls the file under `key`.
@@ -231,7 +301,7 @@ fn disk_path(folder: &Path, key: &str) -> PathBuf {
     }
 }
 
-fn read_disk(path: &Path) -> Result<Vec<u8>, FileError> {
+fn read_disk(path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
     let name = path.display().to_string();
     let unreadable = |error: std::io::Error| FileError::Unreadable {
         path: name.clone(),
@@ -239,10 +309,7 @@ fn read_disk(path: &Path) -> Result<Vec<u8>, FileError> {
     };
     let file = regular::open(path).map_err(unreadable)?;
     let mut bytes = Vec::new();
-    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(FileError::TooLarge { path: name, limit: MAX_FILE_BYTES });
-    }
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     Ok(bytes)
 }
 

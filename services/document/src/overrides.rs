@@ -66,11 +66,8 @@ pub fn apply_overrides(
 }
 
 fn apply(root: &mut Node, known: OverrideRules<'_>, argument: &str) -> Result<(), Box<SceneError>> {
-    let text = Arc::new(Text {
-        label: "--set".to_owned(),
-        base: GIVEN_BASE.to_owned(),
-        content: argument.to_owned(),
-    });
+    let (label, base) = ("--set".to_owned(), GIVEN_BASE.to_owned());
+    let text = Arc::new(Text::new(label, base, argument.to_owned()));
     let whole = SourceSpan { text: Arc::clone(&text), range: 0..argument.len() };
     let Some(equals) = find_equals(argument) else {
         return Err(SceneError::at(&whole, "", "an override is written path=value").into());
@@ -149,8 +146,7 @@ fn parse_value(text: &Arc<Text>, from: usize) -> Node {
     let start = from + (text.content[from..].len() - text.content[from..].trim_start().len());
     let origin = SourceSpan { text: Arc::clone(text), range: start..start + written.len() };
     let padded = format!("v={}{written}", " ".repeat(start.saturating_sub(2)));
-    let shadow =
-        Arc::new(Text { label: text.label.clone(), base: text.base.clone(), content: padded });
+    let shadow = Arc::new(Text::new(text.label.clone(), text.base.clone(), padded));
     let (parsed, errors) = tree::parse(&shadow);
     let one = parsed.table().is_some_and(|table| table.len() == 1) && start >= 2;
     match parsed.get("v") {

@@ -2,8 +2,8 @@
 
 use super::error::SceneError;
 use super::origin::{SourceSpan, Text};
-use std::collections::BTreeMap;
-use std::ops::Range;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::{Bound, Range};
 use std::sync::Arc;
 
 /// Most errors of grammar that are counted: the place of each is looked for in the whole text.
@@ -25,15 +25,6 @@ pub struct Node {
     pub origin: SourceSpan,
     /// The value itself.
     pub value: Value,
-}
-
-impl SceneError {
-    /// The same, with the names of items in place of their numbers.
-    #[must_use]
-    pub fn named(mut self, root: &Node) -> Self {
-        self.path = root.with_names(&self.path);
-        self
-    }
 }
 
 /// What a node holds.
@@ -101,6 +92,13 @@ pub fn join(path: &[Step], step: impl Into<Step>) -> Path {
     let mut longer = path.to_vec();
     longer.push(step.into());
     longer
+}
+
+/// Those of `paths` that lie at a path or below it. They stand side by side, so that finding them
+/// costs nothing of the others.
+pub fn below<'a>(paths: &'a BTreeSet<Path>, at: &'a [Step]) -> impl Iterator<Item = &'a Path> {
+    let from = (Bound::Included(at), Bound::Unbounded);
+    paths.range::<[Step], _>(from).take_while(move |path| path.starts_with(at))
 }
 
 /// A path as people write it: `body[2].shape.size`.
@@ -194,36 +192,15 @@ impl Node {
         &node.origin
     }
 
-    /// A path as `--set` takes it: `body.pot.shape` for `body[1].shape`, where the item has a name
-    /// that no other one of its list has.
-    #[must_use]
-    pub fn with_names(&self, path: &str) -> String {
-        let item = || {
-            let (list, rest) = path.split_once('[')?;
-            let (index, rest) = rest.split_once(']')?;
-            let items = self.items(list);
-            let name_of = |item: &Node| item.get("name").and_then(Node::text).map(str::to_owned);
-            let name = name_of(items.get(index.parse::<usize>().ok()?)?)?;
-            let alone = items.iter().filter(|item| name_of(item).as_ref() == Some(&name)).count();
-            let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-            let numeric = name.bytes().all(|byte| byte.is_ascii_digit());
-            let sound = !name.trim().is_empty() && !name.contains(['"', '\n']);
-            let shown =
-                if name.chars().all(plain) && !numeric { name } else { format!("\"{name}\"") };
-            (sound && alone == 1).then(|| format!("{list}.{shown}{rest}"))
-        };
-        item().unwrap_or_else(|| path.to_owned())
-    }
-
     /// [`Node::to_toml`] without what is at `bad` paths; `at`: the path of this node. A list that
     /// lacks an item is left out, and nothing is left of a node that is bad itself.
     #[must_use]
-    pub fn to_toml_without(&self, at: &[Step], bad: &[Path]) -> Option<toml::Value> {
-        if bad.iter().any(|path| path == at) {
-            return None;
-        }
-        if !bad.iter().any(|path| path.starts_with(at)) {
-            return Some(self.to_toml());
+    pub fn to_toml_without(&self, at: &[Step], bad: &BTreeSet<Path>) -> Option<toml::Value> {
+        match below(bad, at).next() {
+            // The shortest path comes first.
+            Some(path) if path == at => return None,
+            Some(_) => {}
+            None => return Some(self.to_toml()),
         }
         match &self.value {
             Value::Array(items) => {
@@ -255,6 +232,48 @@ impl Node {
                 table.iter().map(|(key, entry)| (key.clone(), entry.node.to_toml())).collect(),
             ),
         }
+    }
+}
+
+/// Names of the items of a document's lists, by which paths are told. They are looked at once for
+/// all paths.
+#[derive(Debug)]
+pub struct ItemNames<'a> {
+    /// By list: each item's name, where it has one that no other of the list has.
+    lists: BTreeMap<&'a str, Vec<Option<&'a str>>>,
+}
+
+impl<'a> ItemNames<'a> {
+    /// Those of the lists at the top of a tree.
+    #[must_use]
+    pub fn of(root: &'a Node) -> Self {
+        let names = |items: &'a [Node]| {
+            let name = |item: &'a Node| item.get("name").and_then(Node::text);
+            let mut count: BTreeMap<&str, usize> = BTreeMap::new();
+            items.iter().filter_map(name).for_each(|name| *count.entry(name).or_default() += 1);
+            let alone = |name: &&str| count.get(name) == Some(&1);
+            items.iter().map(|item| name(item).filter(alone)).collect()
+        };
+        let lists = root.table().into_iter().flatten();
+        let lists = lists.filter_map(|(key, entry)| Some((&key[..], names(entry.node.array()?))));
+        Self { lists: lists.collect() }
+    }
+
+    /// A path as `--set` takes it: `body.pot.shape` for `body[1].shape`, where the item has a name
+    /// that no other one of its list has.
+    #[must_use]
+    pub fn tell(&self, path: &str) -> String {
+        let item = || {
+            let (list, rest) = path.split_once('[')?;
+            let (index, rest) = rest.split_once(']')?;
+            let name = (*self.lists.get(list)?.get(index.parse::<usize>().ok()?)?)?;
+            let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+            let numeric = name.bytes().all(|byte| byte.is_ascii_digit());
+            let sound = !name.trim().is_empty() && !name.contains(['"', '\n']);
+            let quote = if name.chars().all(plain) && !numeric { "" } else { "\"" };
+            sound.then(|| format!("{list}.{quote}{name}{quote}{rest}"))
+        };
+        item().unwrap_or_else(|| path.to_owned())
     }
 }
 

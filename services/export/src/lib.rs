@@ -156,6 +156,23 @@ pub fn export(
     if !FPS.contains(&options.fps) {
         return Err(ExportError::Fps { fps: options.fps });
     }
+    let mut report = written(recording, (format, options), output)?;
+    report.notes.extend(tell_holes(recording));
+    Ok(report)
+}
+
+/// What a reader of files must know of a recording with holes.
+fn tell_holes(recording: &Recording) -> Option<String> {
+    let missing = recording.summary().missing?;
+    let path = recording.path.display();
+    Some(format!("{path} has holes, and what is missing there is missing here: {missing}"))
+}
+
+fn written(
+    recording: &Recording,
+    (format, options): (ExportFormat, &ExportOptions),
+    output: &Path,
+) -> Result<ExportReport, ExportError> {
     let ExportOptions { fps, start, end, grains, .. } = *options;
     let wanted = TimelineOptions { fps, start, end, grains };
     let pictures = &pictures_folder(output);
@@ -217,6 +234,7 @@ pub fn export_pieces(recording: &Recording, folder: &Path) -> Result<ExportRepor
     }
     (report.bodies, report.triangles) = (files.pieces, files.triangles);
     (report.pictures, report.pictures_left_out) = (files.pictures, timeline.pictures_left_out);
+    report.notes.extend(tell_holes(recording));
     Ok(report)
 }
 

@@ -1,13 +1,9 @@
 //! Tables (CSV) of sheets: a row a window, and a row a piece.
 
 use crate::timeline::ExportTimeline;
+use cullet_files::cells::quote_cell;
 use cullet_proto::recording::{SheetLedger, SheetPiece};
 use std::collections::BTreeMap;
-
-/// A text as a cell.
-fn cell(text: &str) -> String {
-    format!("\"{}\"", text.replace('"', "\"\""))
-}
 
 /// The name of a column: of `momentum_x` in kg·m/s it is `momentum_x_kg_m_s`.
 fn column(name: &str, unit: &str) -> String {
@@ -40,7 +36,7 @@ fn windows(timeline: &ExportTimeline) -> String {
         let ledger: Vec<String> = ledger.iter().map(|(.., value)| value.to_string()).collect();
         let figures = of.figures.iter().map(|it| format!("{} {} {}", it.name, it.value, it.unit));
         let cells = [
-            cell(&row.sheet),
+            quote_cell(&row.sheet),
             of.sheet.to_string(),
             of.first_step.to_string(),
             of.steps.to_string(),
@@ -52,8 +48,8 @@ fn windows(timeline: &ExportTimeline) -> String {
             of.one_way.to_string(),
             of.pieces.len().to_string(),
             ledger.join(","),
-            cell(&figures.collect::<Vec<_>>().join("; ")),
-            cell(&of.warnings.join("; ")),
+            quote_cell(&figures.collect::<Vec<_>>().join("; ")),
+            quote_cell(&of.warnings.join("; ")),
         ];
         text.push_str(&cells.join(","));
         text.push('\n');
@@ -81,7 +77,7 @@ fn pieces(timeline: &ExportTimeline) -> String {
     let mut text = "sheet,piece,parent,born_step,last_s,mass_kg,area_m2,frozen\n".to_owned();
     for LastPiece { sheet, piece: of, time } in last.values() {
         let cells = [
-            cell(sheet),
+            quote_cell(sheet),
             of.number.to_string(),
             of.parent.to_string(),
             of.born.to_string(),

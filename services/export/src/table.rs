@@ -1,6 +1,7 @@
 //! Tables (CSV): bodies, and where they are at each frame. Up is z.
 
 use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
+use cullet_files::cells::quote_cell;
 use cullet_record::FragmentOrigin;
 use std::fmt::Write;
 
@@ -20,14 +21,6 @@ damage_time_min_s,damage_time_max_s\n";
 const POSES: &str = "name,id,frame,time_s,x_m,y_m,z_m,qx,qy,qz,qw,vx_m_s,vy_m_s,vz_m_s,\
 wx_rad_s,wy_rad_s,wz_rad_s\n";
 
-/// A text as a cell.
-fn cell(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
-}
-
 /// A value that is not always known.
 fn known<T: ToString>(value: Option<T>) -> String {
     value.map_or_else(String::new, |value| value.to_string())
@@ -44,12 +37,12 @@ pub(crate) fn of_bodies(timeline: &ExportTimeline, bodies: &[&BodyTrack]) -> Str
         let numbers = [place.x, place.y, place.z, turn.i, turn.j, turn.k, turn.w];
         let rest: Vec<String> = numbers.iter().map(f64::to_string).collect();
         let row = [
-            track.name.clone(),
+            quote_cell(&track.name),
             body.id.to_string(),
-            cell(&body.object),
+            quote_cell(&body.object),
             known(body.parent),
             body.generation.to_string(),
-            cell(&body.material),
+            quote_cell(&body.material),
             body.fixed.to_string(),
             known(track.is_of(FragmentOrigin::Sampled)),
             known(track.is_of(FragmentOrigin::Directed)),
@@ -86,7 +79,8 @@ pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery) -> ExportTables
             let row = track.at(time, range);
             let (p, q) = (row.pose.translation.vector, row.pose.rotation);
             let (v, w) = (row.velocity, row.spin);
-            let _ = write!(poses, "{},{},{frame},{}", track.name, track.body.id, range.since(time));
+            let name = quote_cell(&track.name);
+            let _ = write!(poses, "{name},{},{frame},{}", track.body.id, range.since(time));
             for number in [p.x, p.y, p.z, q.i, q.j, q.k, q.w, v.x, v.y, v.z, w.x, w.y, w.z] {
                 let _ = write!(poses, ",{number}");
             }

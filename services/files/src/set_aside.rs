@@ -2,8 +2,8 @@
 //! state folder, under a name with the time and a number, and the log says so. Nothing there is
 //! read again; whoever has looked at it may delete it.
 
-use crate::state;
-use std::fs::{self, File};
+use crate::{regular, state};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ pub fn copy(path: &Path) -> io::Result<PathBuf> {
     let folder = path.with_file_name(NAME);
     state::folder(&folder)?;
     let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(File::open(path)?)?;
+    hasher.update_reader(regular::open(path)?)?;
     let digest = hasher.finalize().to_hex();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let place = folder.join(format!("{name}-{}", &digest[..16]));
@@ -39,7 +39,7 @@ pub fn copy(path: &Path) -> io::Result<PathBuf> {
         return Ok(place);
     }
     let mut beside = state::unfinished(&folder)?;
-    io::copy(&mut File::open(path)?, beside.as_file_mut())?;
+    io::copy(&mut regular::open(path)?, beside.as_file_mut())?;
     beside.as_file().sync_all()?;
     beside.persist(&place).map_err(|error| error.error)?;
     state::sync(&folder)?;

@@ -4,6 +4,7 @@ mod crossing;
 mod error;
 mod holes;
 mod open;
+mod parts;
 mod remesh;
 mod report;
 mod shells;
@@ -13,22 +14,26 @@ pub use error::{DIAGONALS, DoorError, MAX_TRIANGLES};
 pub use open::{admit_open, near_miss};
 pub use report::RepairReport;
 
-use crate::boolean::{BooleanError, Exact, rebuild};
+use crate::boolean::{Exact, rebuild};
 use crate::inside::Nearest;
 use crate::math::Vec3;
-use crate::mesh::{MeshError, Solid, TriMesh};
+use crate::mesh::{MeshError, TriMesh};
 
 /// Open edges whose ends are closer than this share of the diagonal are sewn together; about the
 /// precision of coordinates in text files.
 const SEWING: f64 = 1e-6;
-/// Most triangles that the exact rebuild is tried on: it takes about a second per 10 000.
-const MAX_REBUILD: usize = 300_000;
+
+/// How far a repair that nobody asked for may move the surface, as a share of its box's diagonal.
+pub const MOST_MOVED: f64 = 0.02;
 
 /// What to do with a mesh that is not a clean solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Repair {
-    /// Make it one, and report how.
+    /// Make it one, and report how, but refuse to move its surface by more than [`MOST_MOVED`] of
+    /// its size.
     Auto,
+    /// Make it one, however far its surface moves.
+    Remesh,
     /// Refuse it by name.
     Refuse,
 }
@@ -38,8 +43,8 @@ pub enum Repair {
 /// the mesh is closed without that.
 ///
 /// # Errors
-/// With [`Repair::Refuse`], the first defect found; with [`Repair::Auto`], only what cannot be
-/// repaired: wrong arrays, an impossible size, no volume.
+/// With [`Repair::Refuse`], the first defect found; with the others, only what cannot be repaired:
+/// wrong arrays, an impossible size, no volume; with [`Repair::Auto`], [`DoorError::Moved`] too.
 pub fn admit(mesh: &TriMesh, repair: Repair) -> Result<(TriMesh, RepairReport), DoorError> {
     check_count(mesh)?;
     let mut report = RepairReport::default();
@@ -51,7 +56,14 @@ pub fn admit(mesh: &TriMesh, repair: Repair) -> Result<(TriMesh, RepairReport), 
     report.merged_vertices = merged;
     let admitted = match repair {
         Repair::Refuse => checked(welded)?,
-        Repair::Auto => mended(welded, &mut report)?,
+        Repair::Auto | Repair::Remesh => {
+            let repaired = mended(welded, &mut report)?;
+            if repair == Repair::Auto && report.moved > MOST_MOVED * diagonal {
+                let (moved, at) = (report.moved, report.moved_most_at);
+                return Err(DoorError::Moved { moved, share: moved / diagonal, at });
+            }
+            repaired
+        }
     };
     report.triangles = admitted.triangles.len();
     report.volume = admitted.signed_volume();
@@ -81,7 +93,7 @@ fn checked(mesh: TriMesh) -> Result<TriMesh, DoorError> {
     }
     check_edges(&mesh)?;
     shells::check(&mesh)?;
-    let exact = import(&mesh)?;
+    let exact = parts::import(&mesh)?;
     if exact.crosses_itself().map_err(DoorError::Unrepairable)? {
         let (count, first) = crossing::count(&mesh);
         return Err(DoorError::SelfIntersecting { count, first });
@@ -121,26 +133,29 @@ fn middle(mesh: &TriMesh, edge: &crate::mesh::EdgeUse) -> Vec3 {
     0.5 * (mesh.vertices[edge.from as usize] + mesh.vertices[edge.to as usize])
 }
 
-/// Repairs step by step, each step only where the one before left a defect.
+/// Repairs step by step, each step only where the one before left a defect, and of an assembly only
+/// what is not closed by itself.
 fn mended(mut mesh: TriMesh, report: &mut RepairReport) -> Result<TriMesh, DoorError> {
     let original = mesh.clone();
     topology::drop_collapsed(&mut mesh, report);
     topology::cancel_repeated(&mut mesh, report);
     if !topology::is_balanced(&mesh) {
-        topology::drop_flat(&mut mesh, report);
-        topology::sew(&mut mesh, SEWING * original.diagonal(), report);
-        topology::drop_collapsed(&mut mesh, report);
-        topology::cancel_repeated(&mut mesh, report);
-        holes::divide_at_junctions(&mut mesh, SEWING * original.diagonal(), report);
-        topology::orient(&mut mesh, report);
-        holes::fill(&mut mesh, report);
+        let (parts, rest) = parts::divide(&mesh);
+        let closed = closed_up(rest, SEWING * original.diagonal(), report);
+        let closed = match closed {
+            // What encloses nothing beside what does.
+            Err(DoorError::NoVolume) if !parts.is_empty() => {
+                report.dropped_shells += 1;
+                TriMesh::default()
+            }
+            closed => closed?,
+        };
+        mesh = TriMesh::default();
+        parts.iter().chain([&closed]).for_each(|part| mesh.append(part));
     }
     mesh = topology::compacted(&mesh);
     if mesh.triangles.is_empty() {
         return Err(DoorError::NoVolume);
-    }
-    if !topology::is_balanced(&mesh) {
-        return remeshed(&original, report);
     }
     let (volume, least) = (mesh.signed_volume().abs(), shells::least_volume(&mesh));
     mesh = shells::ordered(&mesh, report);
@@ -155,28 +170,49 @@ fn mended(mut mesh: TriMesh, report: &mut RepairReport) -> Result<TriMesh, DoorE
     }
 }
 
+/// An open mesh as one whose edges are used as often one way as the other: sewn within `reach`
+/// \[m\], with its holes filled, or made anew.
+fn closed_up(
+    mut mesh: TriMesh,
+    reach: f64,
+    report: &mut RepairReport,
+) -> Result<TriMesh, DoorError> {
+    let original = mesh.clone();
+    topology::drop_flat(&mut mesh, report);
+    topology::sew(&mut mesh, reach, report);
+    topology::drop_collapsed(&mut mesh, report);
+    topology::cancel_repeated(&mut mesh, report);
+    holes::divide_at_junctions(&mut mesh, reach, report);
+    topology::orient(&mut mesh, report);
+    holes::fill(&mut mesh, report);
+    if topology::is_balanced(&mesh) { Ok(mesh) } else { remeshed(&original, report) }
+}
+
 /// A balanced mesh as a closed one without crossings.
 fn untangled(mesh: &TriMesh, report: &mut RepairReport) -> Result<TriMesh, DoorError> {
-    let exact = import(mesh)?;
+    let exact = parts::import(mesh)?;
     if !exact.crosses_itself().map_err(DoorError::Unrepairable)? {
         if mesh.is_closed() {
             return Ok(mesh.clone());
         }
         return proven(&exact);
     }
-    if mesh.triangles.len() > MAX_REBUILD {
-        let (count, first) = crossing::count(mesh);
-        return Err(DoorError::SelfIntersecting { count, first });
-    }
-    let rebuilt = proven(&rebuild(mesh).map_err(DoorError::Unrepairable)?)?;
     report.merged_shells = true;
-    Ok(rebuilt)
+    for reach in [0.0, SEWING * mesh.diagonal()] {
+        if let Ok(joined) = parts::joined(mesh, reach).and_then(|exact| proven(&exact)) {
+            report.moved = report.moved.max(2.0 * reach);
+            return Ok(joined);
+        }
+    }
+    report.merged_shells = false;
+    let (count, first) = crossing::count(mesh);
+    Err(DoorError::SelfIntersecting { count, first })
 }
 
 /// The mesh of an exact solid, if the kernel takes it back and finds nothing to complain of.
 fn proven(exact: &Exact) -> Result<TriMesh, DoorError> {
     let mesh = exact.to_solid().map_err(DoorError::Unrepairable)?.mesh;
-    let again = import(&mesh)?;
+    let again = parts::import(&mesh)?;
     if again.crosses_itself().map_err(DoorError::Unrepairable)? {
         let (count, first) = crossing::count(&mesh);
         return Err(DoorError::SelfIntersecting { count, first });
@@ -189,31 +225,27 @@ fn proven(exact: &Exact) -> Result<TriMesh, DoorError> {
 fn remeshed(original: &TriMesh, report: &mut RepairReport) -> Result<TriMesh, DoorError> {
     let mut last = DoorError::NoVolume;
     for edges in remesh::GRIDS {
-        let (exact, edge) =
-            remesh::from_distance(original, edges).map_err(DoorError::Unrepairable)?;
-        if exact.is_empty() {
+        let new = remesh::from_distance(original, edges).map_err(DoorError::Unrepairable)?;
+        if new.exact.is_empty() {
             return Err(DoorError::NoVolume);
         }
-        let unfolded = |e| rebuild(&exact.mesh()).map_err(|_| e).and_then(|r| proven(&r));
-        match proven(&exact).or_else(unfolded) {
+        let unfolded = |e| rebuild(&new.exact.mesh()).map_err(|_| e).and_then(|r| proven(&r));
+        match proven(&new.exact).or_else(unfolded) {
             Ok(mesh) => {
                 let surface = Nearest::new(&mesh);
-                let distances = original.vertices.iter().map(|&p| surface.distance(p));
-                report.moved = distances.fold(0.0, f64::max);
-                report.remeshed = edge;
+                for p in original.submesh(&new.exposed).vertices {
+                    let moved = surface.distance(p);
+                    if moved > report.moved {
+                        (report.moved, report.moved_most_at) = (moved, p);
+                    }
+                }
+                report.remeshed = new.edge;
                 return Ok(mesh);
             }
             Err(e) => last = e,
         }
     }
     Err(last)
-}
-
-fn import(mesh: &TriMesh) -> Result<Exact, DoorError> {
-    Exact::new(&Solid::outer(mesh.clone())).map_err(|e| match e {
-        BooleanError::NotSolid { .. } => DoorError::NoVolume,
-        other => DoorError::Unrepairable(other),
-    })
 }
 
 #[cfg(test)]

@@ -6,8 +6,10 @@
 
 mod convex;
 mod piece;
+mod round;
 
 pub use convex::{Hull, hull_volume};
+pub use round::{radius_of_ball, spiral};
 
 use crate::math::{Mat3, Vec3};
 use crate::mesh::{Solid, bounds};

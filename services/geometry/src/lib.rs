@@ -16,6 +16,7 @@ pub mod midsurface;
 pub mod motion;
 pub mod nurbs;
 pub mod plate;
+pub mod polygon;
 pub mod quads;
 pub mod remesh;
 pub mod sample;

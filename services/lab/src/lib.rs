@@ -26,6 +26,7 @@ pub use sweep::{SweptSetting, plan};
 pub use table::{COLUMNS, csv, file_names, history, json, text};
 
 use crate::specimen::{Ends, MetricCheck, MetricVerdict, Specimen, reduce, speeds, weigh};
+use cullet_files::output::{copy_file, write_file};
 use cullet_proto::specimen::{Ending, Price, SpecimenOutcome, SpecimenResult};
 use cullet_record::{RecordError, points};
 use std::path::Path;
@@ -196,10 +197,10 @@ impl Measured {
         recording: Option<&Path>,
     ) -> Result<(), RecordError> {
         let path = folder.join(format!("{name}.csv"));
-        std::fs::write(&path, history(self)).map_err(RecordError::io(&path))?;
+        write_file(&path, history(self).as_bytes()).map_err(RecordError::io(&path))?;
         if let Some(recording) = recording {
             let path = folder.join(format!("{name}.mcap"));
-            std::fs::copy(recording, &path).map_err(RecordError::io(&path))?;
+            copy_file(recording, &path).map_err(RecordError::io(&path))?;
             return cullet_picture::sheet(&path, &folder.join(format!("{name}.png")));
         }
         if self.result.frames.is_empty() {

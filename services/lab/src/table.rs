@@ -2,6 +2,7 @@
 
 use super::{Measured, MetricRow, SweepPoint, status, trouble};
 use crate::specimen::MetricVerdict;
+use cullet_files::cells::quote_cell;
 use cullet_model::PointPrecision;
 use cullet_specimen::SpecimenSettings;
 use serde_json::json;
@@ -30,7 +31,7 @@ pub fn csv(measured: &Measured) -> String {
     let grid = |number: fn(&SpecimenSettings) -> String| settings.map(number).unwrap_or_default();
     let head = format!(
         "{},{},{},{},{},{},{},{:.4},{:.2},{},{},{}",
-        quoted(&measured.point.label()),
+        quote_cell(&measured.point.label()),
         measured.point.specimen.solver,
         grid(|s| s.spacing.to_string()),
         result.step,
@@ -52,7 +53,7 @@ pub fn csv(measured: &Measured) -> String {
         };
         format!(
             "{head},{},{},{},{},{}\n",
-            quoted(&row.metric),
+            quote_cell(&row.metric),
             number(Some(row.value)),
             number(row.weighed.reference),
             number(row.weighed.error),
@@ -72,19 +73,11 @@ pub(super) const fn precision_word(precision: PointPrecision) -> &'static str {
     }
 }
 
-pub(super) fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
-}
-
 /// The samples of a run as CSV: a column a probe, its unit in the head.
 #[must_use]
 pub fn history(measured: &Measured) -> String {
     let names = measured.point.specimen.probes.iter();
-    let names = names.map(|(name, unit)| quoted(&format!("{name} [{unit}]")));
+    let names = names.map(|(name, unit)| quote_cell(&format!("{name} [{unit}]")));
     let mut text = ["time [s]".to_owned()].into_iter().chain(names).collect::<Vec<_>>().join(",");
     text.push('\n');
     for (k, time) in measured.result.times.iter().enumerate() {

@@ -46,13 +46,13 @@ fn a_body_that_is_not_there_is_reported_with_those_that_are() {
     let dir = tempfile::tempdir().expect("folder");
     let recording = recorded(dir.path());
     let wrong = Framing::Body("vase".to_owned());
-    let why = framed(&recording.path, dir.path(), &wrong).expect_err("no such body").to_string();
+    let why = framed(&recording, dir.path(), &wrong).expect_err("no such body").to_string();
     assert!(why.ends_with("no body is called \"vase\"; there are cube, slab"), "{why}");
     assert!(!dir.path().join("preview.png").exists());
     let file = dir.path().join("still.png");
     let still_of = |framing| {
         let wanted = Still { time: StillTime::At(0.5), size: SMALL, framing };
-        still(&recording.path, &wanted, &file).map(|_| std::fs::read(&file).expect("a picture"))
+        still(&recording, &wanted, &file).map(|_| std::fs::read(&file).expect("a picture"))
     };
     still_of(wrong).expect_err("no such body");
     let cube = still_of(Framing::Body("cube".to_owned())).expect("a still");

@@ -1,7 +1,8 @@
 //! Animated GIF with one palette for all frames, so that a still background does not flicker, and
 //! only the changed rectangle of each frame.
 
-use super::picture::{Picture, place};
+use super::picture::Picture;
+use cullet_files::output::write_file;
 use cullet_record::RecordError;
 use std::borrow::Cow;
 use std::path::Path;
@@ -117,7 +118,7 @@ pub(super) fn gif(frames: &[Picture], fps: f64, path: &Path) -> Result<(), Recor
         shown = Some(pixels);
     }
     drop(encoder);
-    place(path, &bytes)
+    write_file(path, &bytes).map_err(RecordError::io(path))
 }
 
 /// The rectangle in which a frame differs from the one shown.

@@ -34,7 +34,7 @@ pub use exhibit::exhibit;
 pub use letters::Typeface;
 pub use picture::Picture;
 
-use cullet_record::{FragmentOrigin, RecordError, Recording, Shares};
+use cullet_record::{FragmentOrigin, PieceCount, RecordError, Recording, Shares};
 use direct::MOMENTS;
 use reel::Reel;
 use stage::Focus;
@@ -96,15 +96,19 @@ impl Framing {
 /// # Errors
 /// The recording cannot be read or a picture not written; the other one is written all the same.
 pub fn from_recording(recording: &Path, folder: &Path) -> Result<Pictures, RecordError> {
-    framed(recording, folder, &Framing::Whole)
+    framed(&Recording::open(recording)?, folder, &Framing::Whole)
 }
 
 /// The same, with what is wanted in the middle.
 ///
 /// # Errors
-/// As [`from_recording`], and the run has no body of the name that is wanted.
-pub fn framed(recording: &Path, folder: &Path, framing: &Framing) -> Result<Pictures, RecordError> {
-    draw(&Recording::open(recording)?, folder, (framing, SIZE))
+/// A picture cannot be written, or the run has no body of the name that is wanted.
+pub fn framed(
+    recording: &Recording,
+    folder: &Path,
+    framing: &Framing,
+) -> Result<Pictures, RecordError> {
+    draw(recording, folder, (framing, SIZE))
 }
 
 /// Where the pictures of a run are taken from.
@@ -177,14 +181,13 @@ pub struct Still {
 /// Draws a still of a recording into a file; hands back the moment that it shows \[s\].
 ///
 /// # Errors
-/// The recording cannot be read, it has no such moment or body, or the picture is not written.
-pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, RecordError> {
-    let recording = Recording::open(recording)?;
-    let track = Track::of(&recording);
+/// The recording has no such moment or body, or the picture is not written.
+pub fn still(recording: &Recording, wanted: &Still, file: &Path) -> Result<f64, RecordError> {
+    let track = Track::of(recording);
     if let StillTime::At(time) = wanted.time
         && time > track.end + track.step
     {
-        return Err(RecordError::Beyond { path: recording.path, time, end: track.end });
+        return Err(RecordError::Beyond { path: recording.path.clone(), time, end: track.end });
     }
     let mut focus = direct::focus(&track, &recording.meta, wanted.size);
     let time = match wanted.time {
@@ -318,13 +321,15 @@ fn draw_all(
 }
 
 fn caption(track: &Track, time: f64) -> String {
-    let pieces: usize = track.sheets.iter().map(|it| it.pieces(time)).sum();
-    let torn = match (track.sheets.len(), pieces) {
-        (sheets, pieces) if pieces <= sheets => String::new(),
-        (1, pieces) => format!("  in {pieces} pieces"),
-        (bodies, pieces) => format!("  {bodies} bodies in {pieces} pieces"),
+    let each = track.sheets.iter().map(|it| it.pieces(time));
+    let count = each.fold(PieceCount::default(), PieceCount::and);
+    let torn = match track.sheets.len() {
+        sheets if count.pieces <= sheets as u64 => String::new(),
+        1 => format!("  in {count}"),
+        bodies => format!("  {bodies} bodies in {count}"),
     };
-    bodies_caption(track, time) + &torn
+    let holes = if track.holes { "  (the recording has holes)" } else { "" };
+    bodies_caption(track, time) + &torn + holes
 }
 
 fn bodies_caption(track: &Track, time: f64) -> String {
@@ -342,8 +347,7 @@ fn bodies_caption(track: &Track, time: f64) -> String {
             let all = Shares::of((n as u64, drawn().count() as u64), (mass, drawn().sum()));
             let drawn = all.sampled_pieces;
             let solved = all.pieces - drawn - asked;
-            // A sum of nothing is −0.
-            let by_mass = 100.0 * all.sampled_mass + 0.0;
+            let by_mass = 100.0 * all.sampled_mass;
             let sampled = format!("{solved} solved, {drawn} sampled, {by_mass:.0} % of mass");
             match asked {
                 0 => format!("{time:.3} s  {sampled}"),

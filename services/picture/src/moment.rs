@@ -14,7 +14,7 @@ const SHOWN: usize = 2;
 pub(super) fn shown(track: &Track) -> f64 {
     let half = || half_way(track, |time| track.sheets.iter().map(|it| it.torn(time)).sum());
     let parts = || {
-        let pieces = |time: f64| track.sheets.iter().map(|it| it.pieces(time)).sum::<usize>();
+        let pieces = |time: f64| track.sheets.iter().map(|it| it.pieces(time).large()).sum::<u64>();
         half_way(track, |time| pieces(time) as f64)
     };
     let broke = || track.breaks.first().map(|_| direct::moments(track)[SHOWN]);

@@ -1,8 +1,9 @@
 //! A picture, its captions, and PNG files of it.
 
 use super::letters::Typeface;
+use cullet_files::output::write_file;
 use cullet_record::RecordError;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Red, green and blue bytes, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -105,24 +106,11 @@ impl Picture {
         let mut writer = encoder.write_header().map_err(fail)?;
         writer.write_image_data(&self.rgb).map_err(fail)?;
         writer.finish().map_err(fail)?;
-        place(path, &bytes)
+        write_file(path, &bytes).map_err(RecordError::io(path))
     }
 }
 
 /// What is left free around a caption \[pixels\].
 fn choose_margin(face: Typeface) -> usize {
     face.line_height() / 4
-}
-
-/// Writes a file first beside its name, then under it, and leaves nothing of one that fails.
-pub(super) fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".partial");
-    let unfinished = PathBuf::from(name);
-    let written =
-        std::fs::write(&unfinished, bytes).and_then(|()| std::fs::rename(&unfinished, path));
-    written.map_err(|error| {
-        let _never_there = std::fs::remove_file(&unfinished);
-        RecordError::io(path)(error)
-    })
 }

@@ -194,6 +194,16 @@ fn a_still_shows_half_of_the_tear() {
     assert!((0.0..2.0 * STEP).contains(&late), "just after the first tear: {moments:?}");
     let (before, after) = (caption(&track, tears - 0.01), caption(&track, tears + 0.1));
     assert_eq!((&before[..], &after[..]), ("0.490 s", "0.600 s  in 2 pieces"));
+    let crumb = cullet_proto::recording::SheetPiece { area: 0.0, ..Default::default() };
+    recording.windows.iter_mut().for_each(|window| window.pieces.extend([crumb; 2]));
+    recording.windows.iter_mut().for_each(|window| {
+        let (name, unit) = ("points".to_owned(), "1".to_owned());
+        window.figures.push(cullet_proto::recording::ReportFigure { name, unit, value: 1000.0 });
+    });
+    recording.holes.parts = 1;
+    let counted = caption(&Track::of(&recording), tears + 0.1);
+    let due = "0.600 s  in 4 pieces, 2 of them crumbs  (the recording has holes)";
+    assert_eq!(counted, due, "as `sheet_pieces` counts them");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::raster::{Buffers, ScreenCorner};
 use cullet_geometry::Vec3;
 use cullet_proto::recording::SheetFrame;
 use cullet_record::palette::{self, Rgb};
-use cullet_record::{PlacedSheet, QuantityScale, Recording, ThickSheet, crumbs};
+use cullet_record::{PieceCount, PlacedSheet, QuantityScale, Recording, ThickSheet};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -36,8 +36,7 @@ pub(super) struct SheetActor {
 struct SheetTold {
     /// The end of the window \[s\].
     time: f64,
-    /// Pieces that are more than crumbs.
-    pieces: usize,
+    pieces: PieceCount,
     /// Area of cracks at rest, length times thickness \[m²\].
     torn: f64,
 }
@@ -111,7 +110,7 @@ impl SheetActor {
         for window in &recording.windows {
             if let Some((sheet, _)) = sheets.get_mut(&window.sheet) {
                 let torn = window.ledger.as_ref().map_or(0.0, |ledger| ledger.torn_area);
-                let pieces = window.pieces.len() - crumbs(window);
+                let pieces = PieceCount::of(window);
                 sheet.told.push(SheetTold { time: window.time, pieces, torn });
             }
         }
@@ -145,9 +144,9 @@ impl SheetActor {
         self.told.get(next.checked_sub(1)?)
     }
 
-    /// How many pieces it has, without crumbs.
-    pub(super) fn pieces(&self, time: f64) -> usize {
-        self.told(time).map_or(1, |told| told.pieces)
+    /// How many pieces it has.
+    pub(super) fn pieces(&self, time: f64) -> PieceCount {
+        self.told(time).map_or(PieceCount { pieces: 1, crumbs: 0 }, |told| told.pieces)
     }
 
     /// How much of it is torn \[m²\].
@@ -159,7 +158,9 @@ impl SheetActor {
     /// is none.
     pub(super) fn find_first_tear(&self) -> Option<f64> {
         let whole = self.told.first()?;
-        let tears = |told: &&SheetTold| told.torn > whole.torn || told.pieces > whole.pieces;
+        let tears = |told: &&SheetTold| {
+            told.torn > whole.torn || told.pieces.large() > whole.pieces.large()
+        };
         self.told.iter().find(tears).map(|told| told.time)
     }
 

@@ -146,12 +146,12 @@ fn a_still_is_a_picture_of_its_size() {
     let recording = recorded(dir.path());
     let file = dir.path().join("still.png");
     let wanted = Still { time: StillTime::Telling, size: (192, 108), framing: Framing::Whole };
-    let time = still(&recording.path, &wanted, &file).expect("draws");
+    let time = still(&recording, &wanted, &file).expect("draws");
     assert!(time > 0.4, "after the break: {time}");
     let bytes = std::fs::read(&file).expect("reads");
     let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("is PNG");
     assert_eq!((reader.info().width, reader.info().height), (192, 108));
-    let of = |time| still(&recording.path, &Still { time, ..wanted.clone() }, &file);
+    let of = |time| still(&recording, &Still { time, ..wanted.clone() }, &file);
     let at = |time| of(StillTime::At(time));
     assert_eq!(of(StillTime::Last).expect("draws"), 1.0);
     assert_eq!(of(StillTime::Telling).expect("draws"), time);

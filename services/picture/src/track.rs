@@ -83,6 +83,8 @@ pub(super) struct Track {
     pub(super) end: f64,
     /// Where the scene wants the pictures to start and to end \[s\].
     pub(super) wanted: [Option<f64>; 2],
+    /// Whether the recording has holes.
+    pub(super) holes: bool,
     pub(super) up: Vec3,
 }
 
@@ -258,6 +260,7 @@ impl Track {
             step,
             end: 0.0,
             wanted: [None; 2],
+            holes: false,
             up,
         }
     }
@@ -271,6 +274,7 @@ impl Track {
         let mut track = Self {
             sheets: SheetActor::all(recording),
             wanted: [time("view.start"), time("view.end")],
+            holes: !recording.holes.is_empty(),
             ..Self::empty(time("step").unwrap_or(0.01), up)
         };
         let mut meshes: BTreeMap<&[u8], Arc<Mesh>> = BTreeMap::new();

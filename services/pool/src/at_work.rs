@@ -6,7 +6,7 @@
 //! lost with the machine is begun anew, and nothing worse. Written anew with what still counts
 //! whenever most of it does not.
 
-use cullet_files::state;
+use cullet_files::{regular, state};
 use cullet_proto::JobId;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -110,7 +110,7 @@ fn pair(line: &str) -> Option<(JobId, u64)> {
 /// A line that a crash tore says nothing, nor one in which a bit turned.
 fn read(path: &Path) -> Result<RunsByJob> {
     let mut text = Vec::new();
-    match File::open(path) {
+    match regular::open(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(RunsByJob::new()),
         file => file?.take(MAX_BYTES).read_to_end(&mut text)?,
     };

@@ -4,7 +4,9 @@ use super::LinkError;
 use super::client::{Client, Terms};
 use cullet_geometry::math::scramble;
 use cullet_proto::keys::UserVerb;
-use cullet_proto::service::{About, Noted, Nothing, RunInfo, Runs, Which};
+use cullet_proto::service::{
+    About, Noted, Nothing, RunInfo, Runs, Which, WorkerInfo, Workers, WorkersAfter,
+};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 impl Terms {
@@ -34,6 +36,23 @@ impl Client {
     /// A refusal or silence.
     pub fn runs(&self) -> Result<Vec<RunInfo>, LinkError> {
         self.question(UserVerb::Runs, &Nothing {}).map(|Runs { runs }| runs)
+    }
+
+    /// Every worker that the coordinator knows, by name, a question for each page.
+    ///
+    /// # Errors
+    /// A refusal or silence.
+    pub fn workers(&self) -> Result<Vec<WorkerInfo>, LinkError> {
+        let (mut all, mut asked) = (Vec::new(), WorkersAfter::default());
+        loop {
+            let Workers { workers, next } = self.question(UserVerb::Workers, &asked)?;
+            all.extend(workers);
+            // Whatever it says, each page lies behind the one before.
+            if next <= asked.after {
+                return Ok(all);
+            }
+            asked.after = next;
+        }
     }
 
     /// Ends a run; its recording so far is kept. A run that is under way stops at its next step:

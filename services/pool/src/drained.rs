@@ -1,10 +1,9 @@
-//! The workers that get no further job, on disk, so that they get none of the next life either: a
+//! The workers that somebody has drained, on disk, so that they get none of the next life either: a
 //! line a worker's life, written through before anybody gets an answer.
 
 use cullet_dispatch::Worker;
-use cullet_files::state;
+use cullet_files::{regular, state};
 use std::collections::VecDeque;
-use std::fs;
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
@@ -33,8 +32,11 @@ impl DrainedLives {
         self.lives.iter().copied()
     }
 
-    /// One more.
+    /// One more, if it is.
     pub(super) fn keep(&mut self, worker: Worker) {
+        if self.lives.contains(&worker) {
+            return;
+        }
         self.lives.push_back(worker);
         if self.lives.len() > MAX_KEPT {
             self.lives.pop_front();
@@ -52,7 +54,7 @@ impl DrainedLives {
 }
 
 fn read(path: &Path) -> Result<VecDeque<Worker>> {
-    let text = match fs::read_to_string(path) {
+    let text = match regular::read_text(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(VecDeque::new()),
         text => text?,
     };
@@ -64,6 +66,7 @@ fn read(path: &Path) -> Result<VecDeque<Worker>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn who_was_drained_is_known_to_the_next_life_up_to_a_bound() {
@@ -73,6 +76,7 @@ mod tests {
         assert_eq!(kept.iter().count(), 0);
         kept.keep(Worker(7));
         kept.keep(Worker(u64::MAX));
+        kept.keep(Worker(7));
         let next = DrainedLives::open(&path);
         assert_eq!(next.iter().collect::<Vec<_>>(), [Worker(7), Worker(u64::MAX)]);
         // A bit that turned makes no other worker of it; the file is kept for whoever looks at it.

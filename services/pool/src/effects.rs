@@ -51,7 +51,8 @@ impl Shell {
             Effect::Drained { worker, cause } => {
                 self.workers.roster.drained(worker);
                 self.workers.lives.leaves(SessionId(worker.0));
-                let on_disk = self.kept.drained.as_mut().filter(|_| cause != Cause::Before);
+                // What the pool found by itself the next life finds again, if it is still so.
+                let on_disk = self.kept.drained.as_mut().filter(|_| cause == Cause::Asked);
                 on_disk.into_iter().for_each(|file| file.keep(worker));
                 let why = why(cause);
                 tracing::warn!(
@@ -113,7 +114,7 @@ impl Shell {
     }
 
     pub(super) fn name(&self, worker: Worker) -> String {
-        self.workers.names.get(&worker).map_or_else(String::new, WorkerId::to_string)
+        self.workers.names.name(worker).map_or_else(String::new, WorkerId::to_string)
     }
 
     /// A run's number for people.
@@ -203,7 +204,7 @@ impl Shell {
         let (ending, worker) = match (decision, wanted.result) {
             (Decision::Done { worker, .. }, Some(verdict)) => {
                 worker.into_iter().for_each(|worker| self.workers.roster.done(worker));
-                let name = worker.and_then(|worker| self.workers.names.get(&worker));
+                let name = worker.and_then(|worker| self.workers.names.name(worker));
                 (JobEnding::Verdict(verdict), name.map(WorkerId::to_string).unwrap_or_default())
             }
             (Decision::Done { .. }, None) => {

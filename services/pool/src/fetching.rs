@@ -3,6 +3,7 @@
 
 use super::error::LinkError;
 use cullet_files::output::UNFINISHED;
+use cullet_files::regular;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -29,7 +30,8 @@ impl Fetching {
         let failed = |source| LinkError::File { path: path.clone(), source };
         std::fs::create_dir_all(folder).map_err(failed)?;
         let mut open = OpenOptions::new();
-        let open = open.read(true).write(true).create(true).truncate(false).open(&path);
+        let open = open.read(true).write(true).create(true).truncate(false);
+        let open = regular::open_with(open, &path);
         let mut file = open.map_err(failed)?;
         let occupied = |why| Err(LinkError::Occupied { folder: folder.to_owned(), why });
         if file.try_lock().is_err() {

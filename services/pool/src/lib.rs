@@ -30,6 +30,7 @@ mod result_file;
 mod roster;
 pub mod router;
 mod run;
+mod session_names;
 mod settlement;
 mod shell;
 mod skill_table;
@@ -74,7 +75,7 @@ pub struct Pool {
     pids: Arc<Mutex<Vec<u32>>>,
     workers: Arc<Mutex<Vec<WorkerInfo>>>,
     announcement: election::Announcement,
-    thread: Option<JoinHandle<()>>,
+    thread: Mutex<Option<JoinHandle<()>>>,
 }
 
 impl Pool {
@@ -98,7 +99,7 @@ impl Pool {
             .name("cullet-pool".into())
             .spawn(move || shell.run(&queue))
             .map_err(LinkError::Thread)?;
-        let (runs, thread) = (AtomicU64::new(0), Some(thread));
+        let (runs, thread) = (AtomicU64::new(0), Mutex::new(Some(thread)));
         let name = coordinator;
         Ok(Self {
             endpoint,
@@ -201,14 +202,12 @@ impl Pool {
         let _closed = self.inputs.send(PoolInput::Say(Event::Pardon(Job(job.0))));
     }
 
-    /// Ends the worker processes and the transport; leaves nothing behind.
-    pub fn shutdown(mut self) {
-        self.close();
-    }
-
-    fn close(&mut self) {
+    /// Ends the worker processes and the transport; leaves nothing behind. Runs that are still held
+    /// somewhere hear of no further job.
+    pub fn shutdown(&self) {
         let _closed = self.inputs.send(PoolInput::Quit);
-        if let Some(thread) = self.thread.take() {
+        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(thread) = thread {
             let _panicked = thread.join();
         }
     }
@@ -216,6 +215,6 @@ impl Pool {
 
 impl Drop for Pool {
     fn drop(&mut self) {
-        self.close();
+        self.shutdown();
     }
 }

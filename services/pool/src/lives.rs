@@ -6,12 +6,17 @@
 //! longer, as is one that finishes its last job. So two are reported only when both have been there
 //! for longer than a link that died is held, and neither is on its way out.
 
+use super::session_names::MAX_SESSIONS;
 use cullet_proto::{SessionId, WorkerId};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::{Duration, Instant};
 
 /// Lives remembered whose sign is gone.
 const MAX_AWAY: usize = 4_096;
+/// Signs of life of one name that are taken in; further ones wait until others go.
+const MAX_OF_NAME: usize = 16;
+/// Signs of life that wait; beyond it they are not seen at all.
+const MAX_WAITING: usize = 1_024;
 
 /// The sessions of connected workers, and the names that several of them have.
 #[derive(Debug, Default)]
@@ -19,6 +24,8 @@ pub(super) struct LiveWorkers {
     pub(super) up: BTreeSet<SessionId>,
     /// Since when each is there, by name.
     named: BTreeMap<WorkerId, BTreeMap<SessionId, Instant>>,
+    /// Signs for which there is no room, the oldest first.
+    waiting: VecDeque<(WorkerId, SessionId, Instant)>,
     /// Names that several have.
     several: BTreeSet<WorkerId>,
     /// Those that were reported, by name.
@@ -42,33 +49,59 @@ impl LiveWorkers {
 
     /// A sign of life came or went.
     pub(super) fn sign(&mut self, name: WorkerId, life: SessionId, up: bool, now: Instant) {
-        if up {
-            if self.up.insert(life) {
-                self.back += u64::from(self.away.remove(&life));
-                let all = self.named.entry(name.clone()).or_default();
-                all.insert(life, now);
-                if all.len() > 1 {
-                    self.several.insert(name);
-                }
+        let same = |(of, waits, _): &(WorkerId, SessionId, Instant)| (of, waits) == (&name, &life);
+        if up && self.has_room(&name) {
+            self.came(name, life, now);
+        } else if up {
+            let known = self.up.contains(&life) || self.waiting.iter().any(same);
+            if !known && self.waiting.len() < MAX_WAITING {
+                self.waiting.push_back((name, life, now));
             }
+        } else if self.named.get(&name).is_some_and(|own| own.contains_key(&life)) {
+            self.went(&name, life);
+            let free = |(of, ..): &(WorkerId, SessionId, Instant)| self.has_room(of);
+            let next = self.waiting.iter().position(free);
+            if let Some((of, life, since)) = next.and_then(|at| self.waiting.remove(at)) {
+                self.came(of, life, since);
+            }
+        } else {
+            self.waiting.retain(|waits| !same(waits));
+        }
+    }
+
+    /// Whether one more sign of a name is taken in.
+    fn has_room(&self, name: &WorkerId) -> bool {
+        let own = self.named.get(name).map_or(0, BTreeMap::len);
+        own < MAX_OF_NAME && self.up.len() < MAX_SESSIONS
+    }
+
+    fn came(&mut self, name: WorkerId, life: SessionId, now: Instant) {
+        if !self.up.insert(life) {
             return;
         }
-        if !self.up.remove(&life) {
-            return;
+        self.back += u64::from(self.away.remove(&life));
+        let all = self.named.entry(name.clone()).or_default();
+        all.insert(life, now);
+        if all.len() > 1 {
+            self.several.insert(name);
         }
+    }
+
+    fn went(&mut self, name: &WorkerId, life: SessionId) {
+        self.up.remove(&life);
         self.lost += 1;
         self.leaving.remove(&life);
         self.away.insert(life);
         if self.away.len() > MAX_AWAY {
             self.away.pop_first();
         }
-        let Some(all) = self.named.get_mut(&name) else { return };
+        let Some(all) = self.named.get_mut(name) else { return };
         all.remove(&life);
         if all.len() < 2 {
-            self.several.remove(&name);
+            self.several.remove(name);
         }
         if all.is_empty() {
-            self.named.remove(&name);
+            self.named.remove(name);
         }
     }
 
@@ -184,5 +217,36 @@ mod tests {
         let flap = [(3, Some((1, false))), (3, Some((1, false))), (4, Some((1, true)))];
         let (_, lives) = told(&[&steps[..], &flap].concat());
         assert_eq!((lives.lost, lives.back, lives.up.len()), (1, 1, 1));
+    }
+
+    #[test]
+    fn signs_of_one_name_are_bounded() {
+        let steps: Vec<_> = (0..40).map(|life| (0, Some((life, true)))).collect();
+        let (_, lives) = told(&steps);
+        assert_eq!(lives.up.len(), super::MAX_OF_NAME);
+        let (_, lives) =
+            told(&[&steps[..], &[(1, Some((3, false))), (2, Some((39, true)))]].concat());
+        assert!(!lives.up.contains(&SessionId(39)) && !lives.up.contains(&SessionId(3)));
+        assert!(lives.up.contains(&SessionId(16)), "it has waited longest");
+        assert_eq!(lives.up.len(), super::MAX_OF_NAME);
+        // One that went before its turn never comes.
+        let gone = [(1, Some((16, false))), (2, Some((3, false))), (3, Some((4, false)))];
+        let (_, lives) = told(&[&steps[..], &gone].concat());
+        assert!(!lives.up.contains(&SessionId(16)) && lives.up.contains(&SessionId(18)));
+    }
+
+    #[test]
+    fn signs_of_all_names_are_bounded() {
+        let (mut lives, begun) = (LiveWorkers::new(PATIENCE), Instant::now());
+        let name = |life: u64| WorkerId::new(&format!("w{life}")).expect("a name");
+        let most = super::MAX_SESSIONS as u64;
+        for life in 0..most + 2 * super::MAX_WAITING as u64 {
+            lives.sign(name(life), SessionId(life), true, begun);
+        }
+        let waits = super::MAX_WAITING;
+        assert_eq!((lives.up.len(), lives.waiting.len()), (most as usize, waits));
+        lives.sign(name(9), SessionId(9), false, begun);
+        assert!(lives.up.len() == most as usize && lives.up.contains(&SessionId(most)));
+        assert_eq!(lives.waiting.len(), waits - 1);
     }
 }

@@ -6,7 +6,7 @@
 //! `job.bin` in its own process, as a worker would. A job whose folder is there stays in
 //! quarantine, in later lives of the coordinator too, until it is pardoned.
 
-use cullet_files::state;
+use cullet_files::{regular, state};
 use cullet_proto::JobId;
 use std::fs;
 use std::io::{Error, ErrorKind, Result};
@@ -36,7 +36,7 @@ pub(super) fn write(folder: &Path, id: JobId, job: &[u8], attempts: &str) -> Res
 /// How the attempts at a job ended that is in quarantine, if that is known.
 pub(super) fn attempts(folder: &Path, id: JobId) -> Option<String> {
     let path = folder.join(id.to_string()).join("attempts.txt");
-    let text = fs::read_to_string(&path).ok()?;
+    let text = regular::read_text(&path).ok()?;
     let sound = state::unseal(&text);
     sound.inspect_err(|why| tracing::warn!("{}: {why}", path.display())).ok().map(str::to_owned)
 }

@@ -3,15 +3,18 @@
 use super::bulk::{refuse, reply};
 use super::convert::outcome_of;
 use super::inbox::Blob;
+use super::session_names::number;
 use super::shell::Shell;
-use cullet_dispatch::{Digest, Epoch, Event, Job, Outcome, Receipt, Trouble, Worker};
+use cullet_dispatch::{
+    Build, Digest, Epoch, Event, Job, Outcome, Receipt, Skills, Trouble, Worker, WorkerName,
+};
 use cullet_proto::codec::MAX_HEADER;
 use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{Verb, WorkerVerb, parse_rpc};
 use cullet_proto::pool::{
     self, Acknowledged, CommitAnswer, FetchAnswer, QuestionRefusal, RenewAnswer,
 };
-use cullet_proto::{Verdict, WorkerId, chunks};
+use cullet_proto::{SessionId, Verdict, WorkerId, chunks};
 use serde::Serialize;
 use std::sync::Arc;
 use zenoh::query::Query;
@@ -63,9 +66,7 @@ impl Shell {
             }
             WorkerVerb::Hello => {
                 let (hello, _) = pool::read_ask::<pool::Hello>(bytes)?;
-                hello.check()?;
-                self.workers.skill_table.introduce(&hello, &self.workers.lives.up);
-                self.workers.roster.introduced(Worker(hello.session.0), name, &hello);
+                self.introduce(name, &hello)?;
                 answer(&query, &Acknowledged)
             }
             WorkerVerb::Renew => {
@@ -74,7 +75,7 @@ impl Shell {
             }
             WorkerVerb::Heed => {
                 let (heed, _) = pool::read_ask::<pool::Heed>(bytes)?;
-                self.watch_cancel(query, &heed)
+                self.watch_cancel(query, name, &heed)
             }
             WorkerVerb::Fetch => {
                 let (fetch, _) = pool::read_ask::<pool::FetchBlob>(bytes)?;
@@ -96,17 +97,54 @@ impl Shell {
             }
             WorkerVerb::Fail => {
                 let (fail, _) = pool::read_ask::<pool::Fail>(bytes)?;
-                self.fail(name, &fail);
+                self.fail(name, &fail)?;
                 answer(&query, &Acknowledged)
             }
             WorkerVerb::Bye => {
                 let (bye, _) = pool::read_ask::<pool::Bye>(bytes)?;
-                let worker = Worker(bye.session.0);
-                self.waiting.forget_poll(worker);
-                self.step(Event::Bye(worker));
+                match self.who(name, bye.session) {
+                    Ok((worker, ..)) => {
+                        self.waiting.forget_poll(worker);
+                        self.step(Event::Bye(worker));
+                    }
+                    // One that was not heard in this life leaves nothing.
+                    Err(QuestionRefusal::Stranger) => {}
+                    Err(refusal) => return Err(refusal),
+                }
                 answer(&query, &Acknowledged)
             }
         }
+    }
+
+    /// A worker says what it is: from now on its session is of its name.
+    fn introduce(&mut self, name: &WorkerId, hello: &pool::Hello) -> Result<(), QuestionRefusal> {
+        hello.check()?;
+        let worker = Worker(hello.session.0);
+        for old in self.workers.names.bind(worker, name, &self.workers.lives.up)? {
+            self.waiting.forget(old);
+            self.workers.skill_table.gone(old);
+            self.workers.roster.gone(old);
+        }
+        self.workers.skill_table.introduce(hello);
+        self.workers.roster.introduced(worker, name, hello);
+        Ok(())
+    }
+
+    /// The worker that speaks, and what it has said that it is: nobody speaks for a session of
+    /// another name, nor for one that has not said hello.
+    fn who(
+        &mut self,
+        name: &WorkerId,
+        session: SessionId,
+    ) -> Result<(Worker, Build, Skills), QuestionRefusal> {
+        let worker = Worker(session.0);
+        self.workers.names.check(worker, name)?;
+        let (build, skills) =
+            self.workers.skill_table.get(worker).ok_or(QuestionRefusal::Stranger)?;
+        if let Some(children) = &mut self.children {
+            children.alive(name.as_str());
+        }
+        Ok((worker, build, skills))
     }
 
     fn poll(
@@ -115,13 +153,11 @@ impl Shell {
         name: &WorkerId,
         poll: &pool::Poll,
     ) -> Result<(), QuestionRefusal> {
-        let worker = Worker(poll.session.0);
-        let (build, skills) =
-            self.workers.skill_table.get(worker).ok_or(QuestionRefusal::Stranger)?;
-        self.know(worker, name);
+        let (worker, build, skills) = self.who(name, poll.session)?;
         self.waiting.poll(worker, poll.seq, query);
         let (seq, slots) = (poll.seq, poll.slots);
-        self.step(Event::Poll { worker, seq, slots, park: true, build, skills });
+        let name = number(name);
+        self.step(Event::Poll { worker, seq, slots, park: true, build, skills, name });
         Ok(())
     }
 
@@ -130,12 +166,11 @@ impl Shell {
         name: &WorkerId,
         renew: &pool::Renew,
     ) -> Result<RenewAnswer, QuestionRefusal> {
-        let (worker, job) = (Worker(renew.session.0), Job(renew.job.0));
+        let (worker, build, skills) = self.who(name, renew.session)?;
+        let job = Job(renew.job.0);
         let (epoch, begun) = (Epoch(renew.epoch.0), renew.permille > 0);
-        let (build, skills) =
-            self.workers.skill_table.get(worker).ok_or(QuestionRefusal::Stranger)?;
-        self.know(worker, name);
-        let event = Event::Renew { worker, job, epoch, begun, build, skills };
+        let name = number(name);
+        let event = Event::Renew { worker, job, epoch, begun, build, skills, name };
         let said = self.step(event).renew.unwrap_or(RenewAnswer::Stop);
         if said != RenewAnswer::Stop {
             if !self.dispatch.knows(job) {
@@ -147,10 +182,14 @@ impl Shell {
     }
 
     /// A worker wants to hear when its job is not wanted any more.
-    fn watch_cancel(&mut self, query: Query, heed: &pool::Heed) -> Result<(), QuestionRefusal> {
-        let (worker, epoch) = (Worker(heed.session.0), Epoch(heed.epoch.0));
-        self.workers.skill_table.get(worker).ok_or(QuestionRefusal::Stranger)?;
-        let job = Job(heed.job.0);
+    fn watch_cancel(
+        &mut self,
+        query: Query,
+        name: &WorkerId,
+        heed: &pool::Heed,
+    ) -> Result<(), QuestionRefusal> {
+        let (worker, ..) = self.who(name, heed.session)?;
+        let (job, epoch) = (Job(heed.job.0), Epoch(heed.epoch.0));
         self.waiting.watch(worker, job, epoch, query);
         self.step(Event::WatchCancel { worker, job, epoch });
         Ok(())
@@ -180,14 +219,12 @@ impl Shell {
         name: &WorkerId,
         commit: &pool::Commit,
     ) -> Result<CommitAnswer, QuestionRefusal> {
-        let worker = Worker(commit.session.0);
-        let (build, _) = self.workers.skill_table.get(worker).ok_or(QuestionRefusal::Stranger)?;
-        self.know(worker, name);
+        let (_, build, _) = self.who(name, commit.session)?;
         let (job, epoch) = (Job(commit.job.0), Epoch(commit.epoch.0));
         if !self.dispatch.takes(job, epoch, build) {
             self.transfers.inbox.forget(name.as_str(), &commit.digest);
             // Over already: the machine compares the digests and may raise an alarm.
-            return Ok(self.count(commit, Outcome::Broken));
+            return Ok(self.count(number(name), commit, Outcome::Broken));
         }
         let bytes = match self.transfers.inbox.take(name.as_str(), &commit.digest, commit.length)? {
             Blob::Whole(bytes) => bytes,
@@ -205,30 +242,30 @@ impl Shell {
         self.ledger.keep(commit.job, verdict);
         self.kept.cache.put(commit.job, bytes, build);
         self.ledger.ended(commit.job, epoch, "");
-        Ok(self.count(commit, outcome))
+        Ok(self.count(number(name), commit, outcome))
     }
 
-    fn count(&mut self, commit: &pool::Commit, outcome: Outcome) -> CommitAnswer {
+    fn count(&mut self, name: WorkerName, commit: &pool::Commit, outcome: Outcome) -> CommitAnswer {
         let (worker, job) = (Worker(commit.session.0), Job(commit.job.0));
         let (epoch, digest) = (Epoch(commit.epoch.0), Digest(commit.digest));
         let Some((build, skills)) = self.workers.skill_table.get(worker) else {
             return CommitAnswer::Done(None);
         };
         self.workers.roster.left(worker, commit.job);
-        let (short, runs, name) = (commit.job.short(), self.runs_of(job), self.name(worker));
+        let (short, runs, called) = (commit.job.short(), self.runs_of(job), self.name(worker));
         let prior = self.kept(commit.job);
-        let event = Event::Commit { worker, job, epoch, build, digest, outcome, prior };
+        let event = Event::Commit { worker, name, job, epoch, build, digest, outcome, prior };
         match self.step(event).receipt {
             Some(Receipt::Accepted) => {
                 let epoch = epoch.0;
-                tracing::debug!(run = runs, job = short, worker = name, epoch, "result taken");
+                tracing::debug!(run = runs, job = short, worker = called, epoch, "result taken");
             }
             Some(Receipt::Noted) => {}
             Some(receipt) => {
                 tracing::info!(
                     run = runs,
                     job = short,
-                    worker = name,
+                    worker = called,
                     ?receipt,
                     "result not needed"
                 );
@@ -236,14 +273,15 @@ impl Shell {
             None => {}
         }
         let next = commit.next.and_then(|poll| {
-            let worker = Worker(poll.session.0);
             let (seq, slots) = (poll.seq, poll.slots);
-            self.step(Event::Poll { worker, seq, slots, park: false, build, skills }).grant
+            let park = false;
+            self.step(Event::Poll { worker, seq, slots, park, build, skills, name }).grant
         });
         CommitAnswer::Done(next)
     }
 
-    fn fail(&mut self, name: &WorkerId, fail: &pool::Fail) {
+    fn fail(&mut self, name: &WorkerId, fail: &pool::Fail) -> Result<(), QuestionRefusal> {
+        let (worker, ..) = self.who(name, fail.session)?;
         let trouble = match fail.trouble {
             pool::GiveBackReason::Crashed => Trouble::Crashed,
             pool::GiveBackReason::Dropped => Trouble::Dropped,
@@ -252,9 +290,10 @@ impl Shell {
         let (job, runs) = (fail.job.short(), self.runs_of(Job(fail.job.0)));
         tracing::warn!(run = runs, job, worker = %name, text = fail.text, "job given back");
         self.ledger.note_trouble(fail.job, &fail.text);
-        let (worker, job) = (Worker(fail.session.0), Job(fail.job.0));
         self.workers.roster.left(worker, fail.job);
-        self.step(Event::Fail { worker, job, epoch: Epoch(fail.epoch.0), trouble });
+        let (job, epoch) = (Job(fail.job.0), Epoch(fail.epoch.0));
+        self.step(Event::Fail { worker, job, epoch, trouble });
+        Ok(())
     }
 
     fn send_piece(&self, query: Query, piece: Option<&[u8]>) -> Result<(), QuestionRefusal> {

@@ -9,8 +9,8 @@ use cullet_proto::{JobId, SessionId, WorkerId};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Lives of workers remembered; beyond it those whose link is down are forgotten.
-const MAX_KNOWN: usize = 4_096;
+/// Jobs of a worker that are listed.
+const MAX_JOBS: usize = 64;
 
 /// A worker as the roster lists it.
 #[derive(Debug, Default)]
@@ -28,7 +28,8 @@ pub(super) struct Roster {
     rows: BTreeMap<Worker, RosterRow>,
     shown: Arc<Mutex<Vec<WorkerInfo>>>,
     stale: bool,
-    /// Workers whose link is up and that were drained, as they were published last.
+    /// Workers whose link is up, and how many of these were drained, as they were published last.
+    there: u64,
     drained: u64,
 }
 
@@ -38,14 +39,16 @@ impl Roster {
         Arc::clone(&self.shown)
     }
 
-    fn row(&mut self, worker: Worker) -> &mut RosterRow {
+    /// The row of a worker that has said what it is.
+    fn change(&mut self, worker: Worker, change: impl FnOnce(&mut RosterRow)) {
         self.stale = true;
-        self.rows.entry(worker).or_default()
+        self.rows.get_mut(&worker).map(change);
     }
 
     /// A worker has said what it is.
     pub(super) fn introduced(&mut self, worker: Worker, name: &WorkerId, hello: &Hello) {
-        let row = self.row(worker);
+        self.stale = true;
+        let row = self.rows.entry(worker).or_default();
         row.name = name.to_string();
         row.about = hello.clone();
     }
@@ -62,7 +65,7 @@ impl Roster {
     }
 
     pub(super) fn took(&mut self, worker: Worker, job: JobId) {
-        self.row(worker).jobs.insert(job);
+        self.change(worker, |row| row.jobs.extend([job]));
     }
 
     pub(super) fn left(&mut self, worker: Worker, job: JobId) {
@@ -72,11 +75,11 @@ impl Roster {
     }
 
     pub(super) fn done(&mut self, worker: Worker) {
-        self.row(worker).done += 1;
+        self.change(worker, |row| row.done += 1);
     }
 
     pub(super) fn drained(&mut self, worker: Worker) {
-        self.row(worker).drained = true;
+        self.change(worker, |row| row.drained = true);
     }
 
     /// Its process has ended.
@@ -89,9 +92,14 @@ impl Roster {
         self.stale = true;
     }
 
+    /// Workers that are there: a sign of life of one that was not let in counts for nothing.
+    pub(super) fn there(&self) -> u64 {
+        self.there
+    }
+
     /// Workers that take jobs: all that are there, less those that were drained.
-    pub(super) fn ready(&self, lives: &LiveWorkers) -> u64 {
-        (lives.up.len() as u64).saturating_sub(self.drained)
+    pub(super) fn ready(&self) -> u64 {
+        self.there.saturating_sub(self.drained)
     }
 
     /// Shows what has changed.
@@ -99,13 +107,9 @@ impl Roster {
         if !std::mem::take(&mut self.stale) {
             return;
         }
-        if self.rows.len() > MAX_KNOWN {
-            self.rows.retain(|worker, _| lives.up.contains(&SessionId(worker.0)));
-        }
-        let still = |(worker, row): &(&Worker, &RosterRow)| {
-            row.drained && lives.up.contains(&SessionId(worker.0))
-        };
-        self.drained = self.rows.iter().filter(still).count() as u64;
+        let up = |(worker, _): &(&Worker, &RosterRow)| lives.up.contains(&SessionId(worker.0));
+        self.there = self.rows.iter().filter(up).count() as u64;
+        self.drained = self.rows.iter().filter(up).filter(|(_, row)| row.drained).count() as u64;
         let info = |(worker, row): (&Worker, &RosterRow)| WorkerInfo {
             name: row.name.clone(),
             session: SessionId(worker.0).to_string(),
@@ -118,7 +122,7 @@ impl Roster {
             version: row.about.version.clone(),
             build: JobId(row.about.build).short(),
             solvers: row.about.families.as_deref().map(skill_table::words),
-            jobs: row.jobs.iter().map(ToString::to_string).collect(),
+            jobs: row.jobs.iter().take(MAX_JOBS).map(ToString::to_string).collect(),
             done: row.done,
         };
         let mut infos: Vec<WorkerInfo> = self.rows.iter().map(info).collect();

@@ -14,6 +14,7 @@ use super::lives::LiveWorkers;
 use super::net::Transport;
 use super::quarantine;
 use super::roster::Roster;
+use super::session_names::SessionNames;
 use super::settlement::Settlement;
 use super::skill_table::SkillTable;
 use super::stats::{PoolStats, Refusals, RunStats};
@@ -23,7 +24,7 @@ use cullet_dispatch::{
 };
 use cullet_proto::pool::{Grant, RenewAnswer};
 use cullet_proto::service::WorkerInfo;
-use cullet_proto::{JobId, SessionId, WorkerId};
+use cullet_proto::{JobId, SessionId};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -35,8 +36,6 @@ use std::time::{Duration, Instant};
 pub(super) const QUEUE: usize = 512;
 /// Inputs taken in one go before the clock is looked at.
 const BATCH: usize = 256;
-/// Names of workers kept; beyond it those whose link is down are forgotten.
-const MAX_NAMES: usize = 4_096;
 /// How often the clock is looked at: a small part of the shortest time in a test's profile.
 const TICK: Duration = Duration::from_millis(25);
 
@@ -52,7 +51,7 @@ pub(super) struct StepAnswers {
 pub(super) struct KnownWorkers {
     pub(super) roster: Roster,
     pub(super) skill_table: SkillTable,
-    pub(super) names: BTreeMap<Worker, WorkerId>,
+    pub(super) names: SessionNames,
     pub(super) lives: LiveWorkers,
 }
 
@@ -137,7 +136,7 @@ impl Shell {
             workers: KnownWorkers {
                 roster: Roster::default(),
                 skill_table: SkillTable::default(),
-                names: BTreeMap::new(),
+                names: SessionNames::default(),
                 lives: LiveWorkers::new(Duration::from_millis(closing)),
             },
             ledger: Ledger::default(),
@@ -187,8 +186,8 @@ impl Shell {
                 self.tick();
             }
             self.open_held();
-            self.publish();
             self.workers.roster.publish(&self.workers.lives);
+            self.publish();
             for (run, id, settlement) in self.runs.settled.drain(..) {
                 // One that nobody listens for is of a run whose handle is gone.
                 if let Some(listener) = self.runs.listeners.get(&run) {
@@ -206,6 +205,12 @@ impl Shell {
     fn take(&mut self, input: PoolInput) {
         match input {
             PoolInput::Question(query) => self.question(query),
+            // A sign of life says no more of another's session than a question does.
+            PoolInput::Link { name, session, .. }
+                if self.workers.names.check(Worker(session.0), &name).is_err() =>
+            {
+                tracing::warn!(worker = %name, "a sign of life for a session of another name");
+            }
             PoolInput::Link { name, session, up } => {
                 self.workers.lives.sign(name, session, up, Instant::now());
                 self.workers.roster.changed();
@@ -230,7 +235,7 @@ impl Shell {
                 }
             }
             PoolInput::Drain(name, done) => {
-                for worker in self.named(name.as_str()) {
+                for worker in self.workers.names.of(name.as_str()) {
                     self.step(Event::Drain(worker));
                 }
                 let _gone = done.send(());
@@ -248,7 +253,7 @@ impl Shell {
         for name in self.children.as_mut().map(Children::tend).unwrap_or_default() {
             // Of several that are called so it is none whose link is up: where that one's still is,
             // the link says so itself.
-            let named = self.named(&name);
+            let named = self.workers.names.of(&name);
             let alone = named.len() == 1;
             for worker in named {
                 if !alone && self.workers.lives.up.contains(&SessionId(worker.0)) {
@@ -259,7 +264,7 @@ impl Shell {
                 self.workers.roster.gone(worker);
                 self.step(Event::Down(worker));
                 // What is logged of its jobs has its name.
-                self.workers.names.remove(&worker);
+                self.workers.names.forget(worker);
             }
         }
         self.forsake();
@@ -287,12 +292,6 @@ impl Shell {
                 ),
             }
         }
-    }
-
-    /// The lives of workers of that name.
-    fn named(&self, name: &str) -> Vec<Worker> {
-        let known = self.workers.names.iter().filter(|(_, known)| known.as_str() == name);
-        known.map(|(worker, _)| *worker).collect()
     }
 
     pub(super) fn hear(&mut self, event: Event) {
@@ -331,8 +330,7 @@ impl Shell {
         let children = self.children.as_ref();
         let pids = children.map(Children::pids).unwrap_or_default();
         let (mut held, mut permille) = (0, 0);
-        let (workers, ready) =
-            (self.workers.lives.up.len() as u64, self.workers.roster.ready(&self.workers.lives));
+        let (workers, ready) = (self.workers.roster.there(), self.workers.roster.ready());
         let unschedulable: Vec<Skills> =
             self.dispatch.unschedulable().map(|(need, _)| need).collect();
         for (run, listener) in &self.runs.listeners {
@@ -348,7 +346,7 @@ impl Shell {
         }
         let stats = PoolStats {
             jobs: RunStats::of(&counts, held, permille),
-            workers: self.workers.lives.up.len() as u64,
+            workers,
             asking: self.waiting.polls() as u64,
             respawned: children.map_or(0, |c| c.respawned),
             alarms: counts.alarms,
@@ -377,19 +375,6 @@ impl Shell {
             if let Some(listener) = self.runs.listeners.get_mut(&run) {
                 listener.permille += gain;
             }
-        }
-    }
-
-    pub(super) fn know(&mut self, worker: Worker, name: &WorkerId) {
-        self.workers.names.entry(worker).or_insert_with(|| name.clone());
-        if let Some(children) = &mut self.children {
-            children.alive(name.as_str());
-        }
-        if self.workers.names.len() > MAX_NAMES {
-            let up = &self.workers.lives.up;
-            self.workers
-                .names
-                .retain(|known, _| *known == worker || up.contains(&SessionId(known.0)));
         }
     }
 

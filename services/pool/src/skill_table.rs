@@ -3,11 +3,9 @@
 use cullet_dispatch::{Build, Skills, Worker};
 use cullet_model::PointPrecision;
 use cullet_proto::pool::{Family, Hello};
-use cullet_proto::{FractureJob, SessionId, WindowJob};
+use cullet_proto::{FractureJob, WindowJob};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Workers remembered; beyond it those whose link is down are forgotten, and asked again.
-const MAX_KNOWN: usize = 4_096;
 /// What the last bit stands for: everything that came when no bit was left.
 const LAST: usize = 63;
 
@@ -68,7 +66,7 @@ impl SkillTable {
     }
 
     /// A worker says what it is.
-    pub(super) fn introduce(&mut self, hello: &Hello, up: &BTreeSet<SessionId>) {
+    pub(super) fn introduce(&mut self, hello: &Hello) {
         let mut skills = if hello.families.is_none() { Skills::ALL } else { Skills::NONE };
         for family in hello.families.iter().flatten() {
             for precision in [PointPrecision::Single, PointPrecision::Double] {
@@ -76,9 +74,6 @@ impl SkillTable {
                     skills.0 |= self.bit((family.name.clone(), precision)).0;
                 }
             }
-        }
-        if self.known.len() >= MAX_KNOWN {
-            self.known.retain(|worker, _| up.contains(&SessionId(worker.0)));
         }
         self.known.insert(Worker(hello.session.0), (Build(hello.build), skills));
     }
@@ -115,6 +110,7 @@ impl SkillTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cullet_proto::SessionId;
 
     #[test]
     fn a_job_asks_for_its_families_in_its_precision() {
@@ -123,7 +119,7 @@ mod tests {
         let hello =
             |session, families| Hello { session: SessionId(session), families, ..Hello::default() };
         let mut of = |session, families| {
-            skill_table.introduce(&hello(session, families), &BTreeSet::new());
+            skill_table.introduce(&hello(session, families));
             skill_table.get(Worker(session)).map_or(Skills::NONE, |(_, skills)| skills)
         };
         let (any, none) = (of(1, None), of(2, Some(Vec::new())));

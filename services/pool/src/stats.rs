@@ -103,6 +103,10 @@ pub struct Refusals {
     pub malformed: u64,
     /// Of a worker that has not said who it is.
     pub stranger: u64,
+    /// Of a worker that speaks for a session of another name.
+    pub foreign: u64,
+    /// Of a worker of a name that too many have at once.
+    pub too_many_sessions: u64,
 }
 
 impl Refusals {
@@ -112,18 +116,23 @@ impl Refusals {
             QuestionRefusal::TooLarge { .. } => &mut self.too_large,
             QuestionRefusal::Malformed(_) => &mut self.malformed,
             QuestionRefusal::Stranger => &mut self.stranger,
+            QuestionRefusal::Foreign => &mut self.foreign,
+            QuestionRefusal::TooManySessions { .. } => &mut self.too_many_sessions,
         } += 1;
     }
 
     /// Each with its name.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, u64); 4] {
-        let Self { unsupported, too_large, malformed, stranger } = *self;
+    pub fn named(&self) -> [(&'static str, u64); 6] {
+        let Self { unsupported, too_large, malformed, stranger, foreign, too_many_sessions } =
+            *self;
         [
             ("unsupported", unsupported),
             ("too_large", too_large),
             ("malformed", malformed),
             ("stranger", stranger),
+            ("foreign", foreign),
+            ("too_many_sessions", too_many_sessions),
         ]
     }
 }

@@ -1,6 +1,7 @@
 //! A client of a farm. Answers are the JSON of docs/protocol.md.
 
 use crate::errors::{of_client, of_sweep};
+use crate::own_process;
 use crate::scene::PyScene;
 use cullet::coordinator::sweep::Sweep;
 use cullet::proto::security;
@@ -9,6 +10,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant, TryFromFloatSecsError};
 
 /// While a full queue is asked for room, Python is asked so often whether to stop.
@@ -17,7 +19,7 @@ const SLICE: Duration = Duration::from_secs(1);
 /// A client that is connected.
 #[pyclass(name = "Client", module = "cullet._cullet", frozen)]
 pub(crate) struct PyClient {
-    client: Client,
+    client: Arc<Client>,
     /// Longest wait for an answer.
     patience: Duration,
 }
@@ -28,6 +30,7 @@ impl PyClient {
         py: Python<'_>,
         ask: impl FnOnce(&Client) -> Result<T, LinkError> + Send,
     ) -> PyResult<T> {
+        own_process::check()?;
         py.detach(|| ask(&self.client)).map_err(|error| of_client(py, &error))
     }
 
@@ -38,6 +41,15 @@ impl PyClient {
         ask: impl FnOnce(&Client) -> Result<T, LinkError> + Send,
     ) -> PyResult<String> {
         Ok(self.asked(py, ask)?.into().to_string())
+    }
+}
+
+impl Drop for PyClient {
+    fn drop(&mut self) {
+        if !own_process::is_own() {
+            // Its link is in the process that this one was forked from, and ends there.
+            std::mem::forget(Arc::clone(&self.client));
+        }
     }
 }
 
@@ -58,12 +70,14 @@ impl PyClient {
         coordinator: &str,
         patience: f64,
     ) -> PyResult<Self> {
+        own_process::check()?;
         let rules = tls.as_deref().map(security::identity).unwrap_or_default();
         let patience = Duration::try_from_secs_f64(patience)
             .map_err(|error| PyValueError::new_err(error.to_string()))?;
         let connected =
             py.detach(|| Client::connect_as(endpoint, &rules, patience)?.with(coordinator, user));
-        Ok(Self { client: connected.map_err(|error| of_client(py, &error))?, patience })
+        let client = Arc::new(connected.map_err(|error| of_client(py, &error))?);
+        Ok(Self { client, patience })
     }
 
     /// Hands a scene in; hands back the number of its run. A full queue is asked for room for
@@ -77,6 +91,7 @@ impl PyClient {
         ticket: Option<String>,
         room: Option<f64>,
     ) -> PyResult<u64> {
+        own_process::check()?;
         let bundle = scene.bundle();
         let ticket = ticket.unwrap_or_else(|| Terms::unique().ticket);
         let wrong = |error: TryFromFloatSecsError| PyValueError::new_err(error.to_string());
@@ -149,7 +164,9 @@ impl PyClient {
 
     /// Says that nothing more of a run is wanted.
     fn enough(&self, py: Python<'_>, run: u64) {
-        py.detach(|| self.client.enough(run));
+        if own_process::is_own() {
+            py.detach(|| self.client.enough(run));
+        }
     }
 
     #[getter]

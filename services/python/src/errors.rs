@@ -30,7 +30,8 @@ pub(crate) fn of_scene(py: Python<'_>, errors: &SceneErrors) -> PyErr {
             place.set_item("path", &error.path)?;
             place.set_item("message", &error.message)?;
             place.set_item("help", error.help.as_ref())?;
-            let at = error.place.as_ref();
+            let at = error.place();
+            let at = at.as_ref();
             place.set_item("file", at.map(|at| &at.file))?;
             place.set_item("line", at.map(|at| at.line))?;
             place.set_item("column", at.map(|at| at.column))?;

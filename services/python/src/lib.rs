@@ -10,6 +10,7 @@ mod buffers;
 mod client;
 mod errors;
 mod happenings;
+mod own_process;
 mod pool;
 mod pose_rows;
 mod recording;

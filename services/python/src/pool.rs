@@ -1,6 +1,7 @@
 //! Runs on this machine.
 
 use crate::errors::of_run;
+use crate::own_process;
 use crate::scene::PyScene;
 use cullet::worker::memory;
 use cullet::{LocalPool, LocalWorkers, News, Outcome, Position, RunAgain, RunOptions};
@@ -38,6 +39,8 @@ impl PyLocalPool {
 
     /// Refuses a listener, which would wait for its own run. Other threads wait for their turn.
     fn turn(&self, py: Python<'_>) -> PyResult<()> {
+        // Before a lock, which a thread may have held that is not here any more.
+        own_process::check()?;
         if *self.runner() == Some(std::thread::current().id()) {
             return Err(of_run(py, &"the pool is in a run, which has to end first"));
         }
@@ -55,6 +58,7 @@ impl PyLocalPool {
         threads: usize,
         program: Option<PathBuf>,
     ) -> PyResult<Self> {
+        own_process::check()?;
         let kind = match program {
             Some(program) => {
                 let mut kind = LocalWorkers::processes(program, workers, threads);
@@ -133,6 +137,10 @@ impl PyLocalPool {
 impl Drop for PyLocalPool {
     fn drop(&mut self) {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        if !own_process::is_own() {
+            // Its threads are in the process that this one was forked from, and end there.
+            return std::mem::forget(pool);
+        }
         // Workers on threads are waited for, which need not hold up Python.
         Python::try_attach(|py| py.detach(|| drop(pool)));
     }

@@ -49,6 +49,13 @@ impl PyRecording {
         self.recording.damaged
     }
 
+    /// What is missing in it, in words.
+    #[getter]
+    fn missing(&self) -> Option<String> {
+        let holes = &self.recording.holes;
+        (!holes.is_empty()).then(|| holes.to_string())
+    }
+
     #[getter]
     fn meta(&self) -> BTreeMap<String, String> {
         self.recording.meta.clone()
@@ -225,7 +232,7 @@ impl PyRecording {
         let time = time.map_or(StillTime::Telling, StillTime::At);
         let framing = close.map_or(Framing::Whole, Framing::of_close);
         let wanted = Still { time, size, framing };
-        let recording = &self.recording.path;
+        let recording = &self.recording;
         py.detach(|| still(recording, &wanted, &path)).map_err(of_record(py))
     }
 

@@ -39,6 +39,28 @@ class Runs(unittest.TestCase):
         with self.assertRaises(ValueError):
             pool.run(cullet.Scene.from_text(DROP), folder())
 
+    def test_a_forked_process_is_told_that_the_pool_is_not_its_own(self) -> None:
+        scene = cullet.Scene.from_text(DROP, name="drop")
+        with cullet.LocalPool(workers=1, kind="threads") as pool:
+            child = os.fork()
+            if child == 0:
+                told = 0
+                for call in (lambda: pool.run(scene, folder()), lambda: cullet.LocalPool(workers=1), pool.close):
+                    try:
+                        call()
+                    except RuntimeError as error:
+                        told += "forked" in str(error)
+                os._exit(told)
+            ended, status, end = 0, 0, time.monotonic() + 60
+            while ended == 0 and time.monotonic() < end:
+                time.sleep(0.1)
+                ended, status = os.waitpid(child, os.WNOHANG)
+            if ended == 0:
+                os.kill(child, signal.SIGKILL)
+                os.waitpid(child, 0)
+            self.assertEqual((ended, os.waitstatus_to_exitcode(status)), (child, 3))
+            self.assertEqual(pool.run(scene, folder(), progress=False).digest, drop().digest)
+
     def test_a_run_takes_up_an_earlier_one(self) -> None:
         scene = cullet.Scene.from_text(DROP, name="drop")
         one = {"workers": 1, "kind": "threads", "progress": False}

@@ -10,8 +10,9 @@ use std::path::Path;
 pub struct Inspection {
     /// Made from the messages, not from a stored copy.
     pub summary: Summary,
-    /// A line an event; then one of results that were there already, one of the shares that were
-    /// solved, one of what was directed, and one a sheet.
+    /// Of a recording with holes a line that says so; a line an event; then one of results that
+    /// were there already, one of the shares that were solved, one of what was directed, and one a
+    /// sheet.
     pub events: Vec<String>,
     /// False if the run was cut off: the summary then speaks of what was saved.
     pub complete: bool,
@@ -49,11 +50,13 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordError> {
     let directed = summary.directed.as_ref().map(ToString::to_string);
     let again = again(&summary.jobs);
     let sheets = recording.sheet_census().lines();
+    let missing = summary.missing.as_ref();
+    let missing =
+        missing.map(|of| format!("the recording has holes, and this is what is left of it: {of}"));
     Ok(Inspection {
-        events: recording
-            .events
-            .iter()
-            .map(line)
+        events: missing
+            .into_iter()
+            .chain(recording.events.iter().map(line))
             .chain(again)
             .chain(last)
             .chain(directed)

@@ -35,8 +35,13 @@ mod digest;
 mod directed;
 mod display;
 mod draw_budget;
+mod end;
 mod event;
+mod found;
 mod grains;
+#[cfg(test)]
+mod hole_tests;
+mod holes;
 mod inspect;
 mod largest;
 mod layout;
@@ -48,6 +53,7 @@ pub mod palette;
 pub mod points;
 mod pose_row;
 mod quantity_scale;
+mod raw_records;
 mod read;
 mod recorder;
 mod recover;
@@ -76,6 +82,7 @@ pub use cullet_model::FragmentOrigin;
 pub use digest::RunDigest;
 pub use directed::DirectedTotals;
 pub use event::{Event, Touch, event_text};
+pub use holes::Holes;
 pub use inspect::{Inspection, inspect};
 pub use largest::{PieceRank, rank_table, ranks};
 pub use masses::{Fit, Fits, FragmentMass, RESOLVED_CELLS, fit, masses, table};
@@ -88,7 +95,7 @@ pub use recover::{Recovery, recover};
 pub use rest::RestPlace;
 pub use shares::{DirectedShares, Shares};
 pub use sheet_book::SheetAbout;
-pub use sheet_census::{SheetCensus, SheetTotals, crumbs};
+pub use sheet_census::{PieceCount, SheetCensus, SheetTotals};
 pub use sheet_read::{FrameTime, RecordedSheet, SheetMoment, SoundWindow};
 pub use sheets::SolvedWindow;
 pub use sink::MessageTap;
@@ -212,11 +219,24 @@ pub enum RecordError {
         /// Chunks and records.
         damaged: u64,
     },
-    /// A part of a recording is damaged that another run was to be compared with.
-    #[error("{path}: a part of it is damaged, so that no run can be compared with it")]
+    /// A recording has holes that another run was to be compared with.
+    #[error("{path} has holes, so that no run can be compared with it: {missing}")]
     Patchy {
         /// The file concerned.
         path: PathBuf,
+        /// What is missing.
+        missing: String,
+    },
+    /// A file unpacks to more than any recording does.
+    #[error(
+        "{path} unpacks to more than {bound} bytes, the bound for a file of its size: no run is \
+         recorded so, and nothing of it is read; record the run again, or take another copy of it"
+    )]
+    Swollen {
+        /// The file concerned.
+        path: PathBuf,
+        /// To how much it may unpack \[bytes\].
+        bound: u64,
     },
     /// A run that was to be as another one up to a step is not.
     #[error(

@@ -1,6 +1,7 @@
 //! How the masses of fragments are distributed: the list, and two laws fitted to it (G2).
 
 use super::{RecordError, Recording};
+use cullet_files::cells::quote_cell;
 use cullet_model::FragmentOrigin;
 use cullet_proto::recording::EventKind;
 use std::collections::{BTreeMap, BTreeSet};
@@ -161,7 +162,7 @@ pub fn table(masses: &[FragmentMass], cells: f64) -> String {
         let FragmentMass { name, object, generation, mass, ratio, .. } = part;
         let made = part.made();
         let resolved = part.is_resolved(cells);
-        let row = [quoted(name), quoted(object)].join(",");
+        let row = [name, object].map(|text| quote_cell(text)).join(",");
         let _never = writeln!(text, "{row},{generation},{mass:e},{ratio:e},{made},{resolved}");
         objects.entry(object).or_default().push(part);
     }
@@ -176,6 +177,8 @@ pub fn table(masses: &[FragmentMass], cells: f64) -> String {
 
 /// `solved`: masses of those that were solved \[kg\], of so many fragments in all.
 fn told(object: &str, (solved, all): (&[f64], usize), least: f64) -> String {
+    // Such a line is no row, and its name must not begin a cell.
+    let object = object.replace([',', ';', '"', '\t', '\n', '\r'], "_");
     let Some(fits) = fit(solved, least) else {
         let solved = solved.len();
         return format!("# {object}: {solved} of {all} fragments solved, too few to fit\n");
@@ -193,11 +196,6 @@ fn told(object: &str, (solved, all): (&[f64], usize), least: f64) -> String {
         power.value,
         power.distance
     )
-}
-
-fn quoted(text: &str) -> String {
-    let plain = !text.contains([',', '"', '\n']);
-    if plain { text.to_owned() } else { format!("\"{}\"", text.replace('"', "\"\"")) }
 }
 
 #[cfg(test)]
@@ -257,6 +255,9 @@ mod tests {
         let text = table(&drawn, RESOLVED_CELLS);
         assert!(text.contains(",sampled,false\n"), "{text}");
         assert!(text.ends_with("# cube: 0 of 9 fragments solved, too few to fit\n"), "{text}");
-        assert_eq!(quoted("a,\"b\""), "\"a,\"\"b\"\"\"");
+        let bad =
+            FragmentMass { name: "=1".to_owned(), object: "a,@b".to_owned(), ..list[0].clone() };
+        let text = table(&[bad], RESOLVED_CELLS);
+        assert!(text.contains("\n'=1,\"a,@b\",1,") && text.contains("\n# a_@b: "), "{text}");
     }
 }

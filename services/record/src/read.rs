@@ -1,8 +1,12 @@
 //! Reading recordings, whole or cut off: every intact chunk counts, nothing else does.
 
+use super::end::{End, EndStep, has_end};
+use super::found::Found;
 use super::grains::{GrainRows, LongForm};
+use super::holes::{HoleFinder, Holes};
 use super::meta::{InteriorLook, interiors};
 use super::points::SPECIMEN;
+use super::raw_records::{RECORD_HEADER, content, read_with};
 use super::sheet_census::SheetCensus;
 use super::summary::decode;
 use super::{
@@ -11,32 +15,25 @@ use super::{
 };
 use cullet_model::FragmentOrigin;
 use cullet_proto::recording::{
-    Appearance, Body, BodyJoint, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape,
-    PoolReport, Recorded, RunEvent, Sampled, SheetFrame, SheetSurface, SheetWindow,
+    Appearance, Body, BodyJoint, BodyPoses, Cracks, EventKind, Geometry, Grains, JobReport,
+    NewShape, PoolReport, Recorded, RunEvent, Sampled, SheetFrame, SheetSurface, SheetWindow,
 };
-use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use std::collections::{BTreeMap, BTreeSet};
+use mcap::records::Record;
+use mcap::sans_io::{LinearReader, LinearReaderOptions};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 
-/// Bytes that a chunk may claim to unpack to. Ours have 8 MiB plus one message; a damaged length
-/// must not ask for all memory.
-const MAX_CHUNK_BYTES: usize = 1 << 30;
-/// Bytes of a record's own header: opcode and length.
-const RECORD_HEADER: usize = 9;
-
-/// One thing found in a file, in file order.
-pub(super) enum Found {
-    Schema(SchemaHeader, Vec<u8>),
-    Channel(Channel),
-    Message(MessageHeader, Vec<u8>),
-    Attachment(mcap::records::AttachmentHeader, Vec<u8>),
-    Metadata(mcap::records::Metadata),
-    ChunkEnd,
-}
+/// Bytes to which a file unpacks at most, all its chunks together, whatever its size \[bytes\].
+/// What repeats itself most are drawings, of which a run has 0.2 GB at most.
+const UNPACKED_LEAST: u64 = 1 << 29;
+/// How many bytes more for each byte of the file \[1\].
+const UNPACKED_TIMES: u64 = 64;
+/// Bytes to which a chunk unpacks at most \[bytes\]. Ours have 8 MiB plus one message; a damaged
+/// length must not ask for all memory.
+const MAX_CHUNK_BYTES: u64 = UNPACKED_LEAST;
 
 /// What a walk over a file came across beside its content.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Walk {
     /// True if the file ends as a finished file does.
     pub(super) ended: bool,
@@ -46,6 +43,8 @@ pub(super) struct Walk {
     pub(super) damaged: u64,
     /// Bytes at the end that are part of no whole record.
     pub(super) lost_bytes: u64,
+    /// What is missing.
+    pub(super) holes: Holes,
 }
 
 /// Reads a file, or the partial file of a run that never got its name.
@@ -60,90 +59,142 @@ pub(super) fn load(path: &Path) -> Result<(PathBuf, Vec<u8>), RecordError> {
 
 /// Walks over the records of the data section and hands each piece of content to `found`.
 /// Damage ends the walk or skips a chunk; it is never an error.
+///
+/// # Errors
+/// No MCAP file, one of another program, one of ours that is damaged everywhere, or one that
+/// unpacks to more than is read; and what `found` says.
 pub(super) fn walk(
     path: &Path,
     bytes: &[u8],
     found: &mut dyn FnMut(Found) -> Result<(), RecordError>,
 ) -> Result<Walk, RecordError> {
-    let Some(mut rest) = bytes.strip_prefix(mcap::MAGIC) else {
+    if !bytes.starts_with(mcap::MAGIC) {
         return Err(RecordError::NotMcap { path: path.to_owned() });
-    };
-    let mut walk = Walk::default();
-    while let Some((opcode, body, next)) = next_record(rest) {
-        let whole = &rest[..RECORD_HEADER + body.len()];
-        rest = next;
-        let record = mcap::parse_record(opcode, body);
-        match record {
-            Ok(Record::Chunk { .. }) => match unpack(whole) {
-                Some(content) => {
-                    walk.chunks += 1;
-                    content.into_iter().try_for_each(&mut *found)?;
-                    found(Found::ChunkEnd)?;
+    }
+    let bound = UNPACKED_LEAST + UNPACKED_TIMES * bytes.len() as u64;
+    let (mut walk, mut unpacked) = (Walk::default(), 0_u64);
+    let (end, finder) = (End::of(bytes), HoleFinder::default());
+    let mut teller = Teller { end, found, finder, some: false, damaged: 0 };
+    let (mut at, data_end) = (mcap::MAGIC.len(), teller.end.data_end());
+    while let Some(step) = teller.end.step(bytes, at).filter(|_| !walk.ended) {
+        let (opcode, whole) = match step {
+            EndStep::Record(opcode, end) => (opcode, &bytes[at..end]),
+            EndStep::Damaged(next) => {
+                at = next;
+                walk.ended = Some(next) == data_end;
+                teller.tell_damage()?;
+                continue;
+            }
+        };
+        at += whole.len();
+        match mcap::parse_record(opcode, &whole[RECORD_HEADER..]) {
+            Ok(Record::Chunk { header, .. }) => {
+                let size = header.uncompressed_size;
+                // A length beyond that of any chunk is a damaged one, and nothing is unpacked.
+                if size <= MAX_CHUNK_BYTES {
+                    unpacked += size;
                 }
-                None => walk.damaged += 1,
-            },
+                if unpacked > bound {
+                    return Err(RecordError::Swollen { path: path.to_owned(), bound });
+                }
+                let Some(content) = unpack(whole) else {
+                    teller.tell_damage()?;
+                    continue;
+                };
+                walk.chunks += 1;
+                content.into_iter().try_for_each(|item| teller.tell(item))?;
+                teller.tell(Found::ChunkEnd)?;
+            }
             Ok(Record::DataEnd(_)) => {
-                walk.ended = bytes.len() > 2 * mcap::MAGIC.len() && bytes.ends_with(mcap::MAGIC);
-                return Ok(walk);
+                walk.ended = has_end(bytes);
+                at = bytes.len();
             }
-            Ok(record) => {
-                if let Some(content) = content(record) {
-                    found(content)?;
-                }
-            }
-            Err(_) => walk.damaged += 1,
+            Ok(record) => content(record).map_or(Ok(()), |item| teller.tell(item))?,
+            Err(_) => teller.tell_damage()?,
         }
     }
-    walk.lost_bytes = rest.len() as u64;
-    Ok(walk)
+    if has_end(bytes) && !walk.ended {
+        // A damaged length led astray, and nothing says where it goes on.
+        teller.tell_damage()?;
+    }
+    teller.tell_gone()?;
+    walk.lost_bytes = if walk.ended { 0 } else { (bytes.len() - at) as u64 };
+    teller.finish(path, walk)
 }
 
-/// Opcode and body of the next whole record, and what follows it.
-fn next_record(rest: &[u8]) -> Option<(u8, &[u8], &[u8])> {
-    let (head, tail) = rest.split_at_checked(RECORD_HEADER)?;
-    let length = u64::from_le_bytes(head[1..].try_into().ok()?);
-    let (body, next) = tail.split_at_checked(usize::try_from(length).ok()?)?;
-    Some((head[0], body, next))
+/// Hands on what is found in a file.
+struct Teller<'a> {
+    end: End,
+    found: &'a mut dyn FnMut(Found) -> Result<(), RecordError>,
+    finder: HoleFinder,
+    /// Whether anything was found.
+    some: bool,
+    /// Parts that are damaged.
+    damaged: u64,
+}
+
+impl Teller<'_> {
+    fn tell(&mut self, mut item: Found) -> Result<(), RecordError> {
+        self.some = true;
+        self.finder.take(&mut item);
+        (self.found)(item)
+    }
+
+    /// Tells of a damaged part, and at the first of the channels that it may have declared: the
+    /// file has them again at its end.
+    fn tell_damage(&mut self) -> Result<(), RecordError> {
+        self.damaged += 1;
+        self.tell(Found::Hole)?;
+        self.tell_channels()
+    }
+
+    /// Tells of the schemas and channels of which only the end of the file tells.
+    fn tell_channels(&mut self) -> Result<(), RecordError> {
+        for item in std::mem::take(&mut self.end.channels) {
+            if !self.finder.knows(&item) {
+                self.tell(item)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells, once all else is told, of messages that no later one misses.
+    fn tell_gone(&mut self) -> Result<(), RecordError> {
+        let Some(counts) = self.end.counts.take() else { return Ok(()) };
+        self.tell_channels()?;
+        let gone = self.finder.find_gone(&counts);
+        gone.map_or(Ok(()), |gone| self.tell(gone))
+    }
+    /// The walk with what is missing.
+    fn finish(self, path: &Path, walk: Walk) -> Result<Walk, RecordError> {
+        let Self { finder, some, damaged, .. } = self;
+        // Of one that was cut off at its very beginning nothing is known.
+        if !finder.ours && (some || walk.ended) {
+            let path = path.to_owned();
+            return Err(match damaged {
+                0 => RecordError::Foreign { path },
+                damaged => RecordError::Lost { path, damaged },
+            });
+        }
+        Ok(Walk { damaged, holes: finder.finish(), ..walk })
+    }
 }
 
 /// The content of a chunk if all of it is intact. `record` is the whole record, opcode included.
 /// The check sum is verified before anything inside is believed: a damaged length would otherwise
 /// ask for more memory than there is.
-fn unpack(mut record: &[u8]) -> Option<Vec<Found>> {
+fn unpack(record: &[u8]) -> Option<Vec<Found>> {
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
         .with_prevalidate_chunk_crcs(true)
-        .with_record_length_limit(MAX_CHUNK_BYTES);
-    let mut reader = LinearReader::new_with_options(options);
+        .with_record_length_limit(usize::try_from(MAX_CHUNK_BYTES).unwrap_or(usize::MAX));
     let mut unpacked = Vec::new();
-    while let Some(event) = reader.next_event() {
-        match event.ok()? {
-            LinearReadEvent::ReadRequest(wanted) => {
-                let (now, later) = record.split_at(wanted.min(record.len()));
-                reader.insert(now.len()).copy_from_slice(now);
-                reader.notify_read(now.len());
-                record = later;
-            }
-            LinearReadEvent::Record { data, opcode } => {
-                unpacked.extend(content(mcap::parse_record(opcode, data).ok()?));
-            }
-        }
-    }
+    read_with(LinearReader::new_with_options(options), record, &mut |opcode, data| {
+        unpacked.extend(content(mcap::parse_record(opcode, data).ok()?));
+        Some(())
+    })?;
     Some(unpacked)
-}
-
-fn content(record: Record<'_>) -> Option<Found> {
-    match record {
-        Record::Schema { header, data } => Some(Found::Schema(header, data.into_owned())),
-        Record::Channel(channel) => Some(Found::Channel(channel)),
-        Record::Message { header, data } => Some(Found::Message(header, data.into_owned())),
-        Record::Attachment { header, data, .. } => {
-            Some(Found::Attachment(header, data.into_owned()))
-        }
-        Record::Metadata(metadata) => Some(Found::Metadata(metadata)),
-        _ => None,
-    }
 }
 
 /// A recording in memory: everything of ours in it, decoded.
@@ -191,8 +242,9 @@ pub struct Recording {
     pub windows: Vec<SheetWindow>,
     /// Bytes at the end of the file that were part of no whole record.
     pub lost_bytes: u64,
-    /// True if something in it is not as it was written, or its end is missing though it has the
-    /// name of a whole file.
+    /// What is missing in it: nothing in one that is sound, or that only ends early.
+    pub holes: Holes,
+    /// True if something is missing in it, or its end is though it has the name of a whole file.
     pub damaged: bool,
     tally: Tally,
     rows: GrainRows,
@@ -200,52 +252,32 @@ pub struct Recording {
 
 impl Recording {
     /// Reads `path`, or `<path>.partial` where only that exists. A file that was cut off reads up
-    /// to its last whole chunk.
+    /// to its last whole chunk. One with holes holds none of the run's expectations: what they were
+    /// judged by is not all there.
     ///
     /// # Errors
-    /// No such file, no MCAP file, one of another program, or an intact chunk whose messages are
-    /// not ours.
+    /// No such file, no MCAP file, one of another program, one that unpacks to more than is read,
+    /// or an intact chunk whose messages are not ours.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let (path, bytes) = load(path)?;
         let mut recording = Self { path: path.clone(), ..Self::default() };
-        let mut topics: BTreeMap<u16, String> = BTreeMap::new();
-        let walk = walk(&path, &bytes, &mut |found| recording.take(found, &mut topics));
-        let walk = match walk {
-            // A topic of that name, but of another program.
-            Err(RecordError::Decode { .. }) if recording.is_foreign() => {
-                return Err(RecordError::Foreign { path });
-            }
-            walk => walk?,
-        };
-        // Of one that was cut off at its very beginning nothing is known.
-        let some = walk.ended || walk.chunks > 0 || walk.damaged > 0 || !topics.is_empty();
-        if some && recording.is_foreign() {
-            return Err(match walk.damaged {
-                0 => RecordError::Foreign { path },
-                damaged => RecordError::Lost { path, damaged },
-            });
-        }
+        let walk = walk(&path, &bytes, &mut |found| recording.take(found))?;
         let growing = path.extension().is_some_and(|end| end == "partial");
-        recording.damaged = walk.damaged > 0 || !walk.ended && !growing;
-        recording.complete =
-            walk.ended && walk.damaged == 0 && recording.end.contains_key("wall_seconds");
+        recording.holes = Holes { unborn: recording.count_unborn(), ..walk.holes };
+        let whole = recording.holes.is_empty();
+        if !whole {
+            recording.events.retain(|event| event.kind() != EventKind::Expectation);
+        }
+        recording.damaged = !whole || !walk.ended && !growing;
+        recording.complete = walk.ended && whole && recording.end.contains_key("wall_seconds");
         recording.lost_bytes = walk.lost_bytes;
         Ok(recording)
     }
 
-    fn take(
-        &mut self,
-        found: Found,
-        topics: &mut BTreeMap<u16, String>,
-    ) -> Result<(), RecordError> {
+    fn take(&mut self, found: Found) -> Result<(), RecordError> {
         match found {
-            Found::Channel(channel) => {
-                topics.insert(channel.id, channel.topic);
-            }
-            Found::Message(header, data) => {
-                if let Some(topic) = topics.get(&header.channel_id) {
-                    self.message(topic, header.log_time, &data)?;
-                }
+            Found::Message(header, data, Some(topic)) => {
+                self.message(&topic, header.log_time, &data)?;
             }
             Found::Attachment(header, data) => {
                 self.attachments.insert(header.name, data);
@@ -258,15 +290,25 @@ impl Recording {
             Found::Metadata(metadata) if metadata.name == SPECIMEN => {
                 return Err(RecordError::Specimen { path: self.path.clone() });
             }
-            Found::Metadata(_) | Found::Schema(..) | Found::ChunkEnd => {}
+            Found::Message(..)
+            | Found::Metadata(_)
+            | Found::Schema(..)
+            | Found::Channel(_)
+            | Found::ChunkEnd
+            | Found::Hole
+            | Found::Gone(_) => {}
         }
         Ok(())
     }
 
-    /// Whether nothing of a run was found.
-    fn is_foreign(&self) -> bool {
-        let nothing = self.bodies.is_empty() && self.poses.is_empty() && self.events.is_empty();
-        nothing && !self.meta.contains_key("scene")
+    /// How many bodies move or are made though nothing tells of their birth.
+    fn count_unborn(&self) -> u64 {
+        let born: HashSet<u64> = self.bodies.iter().map(|body| body.id).collect();
+        let made = self.events.iter().flat_map(|event| &event.fragments);
+        let moved = self.poses.iter().flat_map(|poses| &poses.ids);
+        let unborn: HashSet<u64> =
+            made.chain(moved).copied().filter(|body| !born.contains(body)).collect();
+        unborn.len() as u64
     }
 
     fn message(&mut self, topic: &str, time: u64, data: &[u8]) -> Result<(), RecordError> {
@@ -369,6 +411,7 @@ impl Recording {
     /// The summary, made from the messages.
     #[must_use]
     pub fn summary(&self) -> Summary {
-        self.tally.summary(&self.meta, &self.end)
+        let missing = (!self.holes.is_empty()).then(|| self.holes.to_string());
+        Summary { missing, ..self.tally.summary(&self.meta, &self.end) }
     }
 }

@@ -1,16 +1,19 @@
 //! Making a readable file of one that was cut off.
 
-use super::RecordError;
-use super::read::{Found, load, walk};
+use super::found::Found;
+use super::holes::{GONE, HOLE};
+use super::read::{load, walk};
+use super::{Holes, RecordError};
+use cullet_files::claim;
 use mcap::write::NoSeek;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// What was saved.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recovery {
     /// The file that was read.
     pub from: PathBuf,
@@ -28,34 +31,53 @@ pub struct Recovery {
     pub attachments: u64,
     /// Bytes at the end that were part of no whole record.
     pub lost_bytes: u64,
+    /// What is missing, which the readable file remembers.
+    pub holes: Holes,
 }
 
 impl fmt::Display for Recovery {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { chunks, messages, attachments, damaged, lost_bytes, .. } = self;
+        let Self { chunks, messages, attachments, lost_bytes, holes, .. } = self;
         write!(
             f,
             "{}: {messages} messages of {chunks} chunks, {attachments} attachments; ",
             self.to.display()
         )?;
-        match (self.complete, damaged) {
+        match (self.complete, holes.is_empty()) {
             (true, _) => write!(f, "nothing was missing"),
-            (false, 0) => write!(f, "{lost_bytes} bytes at the end were not whole"),
-            _ => write!(f, "{damaged} damaged records left out, {lost_bytes} bytes not whole"),
+            (false, true) => write!(f, "{lost_bytes} bytes at the end were not whole"),
+            _ => write!(f, "it has holes: {holes}; {lost_bytes} bytes at the end were not whole"),
         }
     }
 }
 
-/// Copies every intact chunk, attachment and metadata record of `from` into `to`, with indexes.
-/// `to` appears only when it is whole.
+/// What the name of a file ends with while it is recovered; whoever writes it has a claim to it.
+const UNFINISHED: &str = "recovering";
+
+/// Deletes what recoveries that were killed have left in a folder.
+fn clear_left(folder: &Path) {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    for path in entries.map(|entry| entry.path()) {
+        if path.extension().is_some_and(|end| end == UNFINISHED) {
+            claim::clear(&path);
+        }
+    }
+}
+
+/// Copies every intact chunk, attachment and metadata record of `from` into `to`, with indexes and
+/// a mark where a part was damaged. `to` appears only when it is whole; what recoveries that were
+/// killed have left in its folder is deleted.
 ///
 /// # Errors
-/// `from` cannot be read, is no MCAP file, or has nothing that is not damaged; `to` cannot be
+/// `from` cannot be read, is no recording, or has nothing that is not damaged; `to` cannot be
 /// written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovery, RecordError> {
     let (from, bytes) = load(from)?;
+    let folder = to.parent().filter(|folder| !folder.as_os_str().is_empty());
+    clear_left(folder.unwrap_or(Path::new(".")));
     let mut unfinished = to.file_name().unwrap_or_default().to_owned();
-    unfinished.push(".recovering");
+    unfinished.push(".");
+    unfinished.push(UNFINISHED);
     let unfinished = to.with_file_name(unfinished);
     let mut copy = Copy::create(&unfinished)?;
     let walk = walk(&from, &bytes, &mut |found| copy.take(found));
@@ -67,8 +89,9 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovery, RecordError> {
     let walk = match walk {
         Ok(walk) => walk,
         Err(error) => {
-            drop(copy);
+            // While it is locked: after that another recovery may have it.
             std::fs::remove_file(&unfinished).map_err(RecordError::io(&unfinished))?;
+            drop(copy);
             return Err(error);
         }
     };
@@ -78,12 +101,13 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovery, RecordError> {
     Ok(Recovery {
         from,
         to: to.to_owned(),
-        complete: walk.ended && walk.damaged == 0,
+        complete: walk.ended && walk.holes.is_empty(),
         chunks: walk.chunks,
         damaged: walk.damaged,
         messages,
         attachments,
         lost_bytes: walk.lost_bytes,
+        holes: walk.holes,
     })
 }
 
@@ -95,13 +119,20 @@ struct Copy {
     /// The writer's numbers for the numbers in the file.
     schemas: BTreeMap<u16, u16>,
     channels: BTreeMap<u16, u16>,
+    /// Whether a message was left out because its topic is not known.
+    nameless: bool,
     messages: u64,
     attachments: u64,
 }
 
 impl Copy {
     fn create(path: &Path) -> Result<Self, RecordError> {
-        let file = File::create(path).map_err(RecordError::io(path))?;
+        let file = claim::create(path).map_err(|error| {
+            let taken = error.kind() == ErrorKind::AlreadyExists;
+            let busy = "another recovery writes it now; wait for it, or recover to another file";
+            let error = if taken { std::io::Error::new(error.kind(), busy) } else { error };
+            RecordError::io(path)(error)
+        })?;
         let buffer = BufWriter::new(file.try_clone().map_err(RecordError::io(path))?);
         let name = concat!("cullet ", env!("CARGO_PKG_VERSION"), " recover");
         let writer = mcap::WriteOptions::library(mcap::WriteOptions::new(), name)
@@ -116,6 +147,7 @@ impl Copy {
             writer,
             schemas: BTreeMap::from([(0, 0)]),
             channels: BTreeMap::new(),
+            nameless: false,
             messages: 0,
             attachments: 0,
         })
@@ -140,9 +172,11 @@ impl Copy {
                 let id = self.writer.add_channel(schema, topic, encoding, &channel.metadata)?;
                 self.channels.insert(channel.id, id);
             }
-            Found::Message(mut header, data) => {
+            Found::Message(mut header, data, _) => {
                 let Some(&id) = self.channels.get(&header.channel_id) else {
-                    return Ok(());
+                    // The copy has none of these, and remembers that there were some.
+                    let first = !std::mem::replace(&mut self.nameless, true);
+                    return if first { self.mark(HOLE, BTreeMap::new()) } else { Ok(()) };
                 };
                 header.channel_id = id;
                 self.writer.write_to_known_channel(&header, &data)?;
@@ -160,8 +194,23 @@ impl Copy {
             }
             Found::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
             Found::ChunkEnd => self.writer.flush()?,
+            Found::Hole => self.mark(HOLE, BTreeMap::new())?,
+            Found::Gone(numbers) => {
+                let told = numbers.into_iter().map(|(topic, number)| (topic, number.to_string()));
+                self.mark(GONE, told.collect())?;
+            }
         }
         Ok(())
+    }
+
+    /// Writes a metadata record that remembers what is missing.
+    fn mark(
+        &mut self,
+        name: &str,
+        metadata: BTreeMap<String, String>,
+    ) -> Result<(), mcap::McapError> {
+        let name = name.to_owned();
+        self.writer.write_metadata(&mcap::records::Metadata { name, metadata })
     }
 
     fn finish(mut self) -> Result<(), RecordError> {

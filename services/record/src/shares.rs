@@ -15,8 +15,12 @@ pub struct Shares {
     pub sampled_pieces: u64,
     /// Share of the pieces that was sampled; the rest was solved, or directed \[1\].
     pub sampled: f64,
-    /// The same by mass. Grains of debris are sampled: their sizes are drawn \[1\].
+    /// Share of the mass of pieces and grains that was sampled. All grains of debris are: their
+    /// sizes are drawn \[1\].
     pub sampled_mass: f64,
+    /// Share of that mass that is grains of debris \[1\].
+    #[serde(default)]
+    pub grain_mass: f64,
     /// Share of the volume that broke, over all fractures, that was sampled \[1\]; nothing where
     /// the recording does not say, as old ones do not.
     #[serde(default)]
@@ -46,9 +50,9 @@ pub struct DirectedShares {
     pub crack_area: f64,
 }
 
-/// The part over the whole, in [0, 1]; nothing of nothing.
+/// The part over the whole, in [0, 1], and never −0, which a sum of nothing is; nothing of nothing.
 fn share(part: f64, all: f64) -> f64 {
-    if all > 0.0 { (part / all).clamp(0.0, 1.0) } else { 0.0 }
+    if all > 0.0 { (part / all).clamp(0.0, 1.0) + 0.0 } else { 0.0 }
 }
 
 impl Shares {
@@ -63,22 +67,46 @@ impl Shares {
             ..Self::default()
         }
     }
+
+    /// A share of the mass of pieces and grains as one of the mass of pieces alone \[1\].
+    fn of_pieces(&self, mass: f64) -> f64 {
+        share(mass, 1.0 - self.grain_mass)
+    }
+
+    /// Share of the mass of the pieces that is in sampled ones; grains are no pieces \[1\].
+    #[must_use]
+    pub fn sampled_piece_mass(&self) -> f64 {
+        self.of_pieces(self.sampled_mass - self.grain_mass)
+    }
+
+    /// The same of directed ones \[1\].
+    #[must_use]
+    pub fn directed_piece_mass(&self) -> f64 {
+        self.directed.as_ref().map_or(0.0, |directed| self.of_pieces(directed.mass))
+    }
+
+    /// How much was sampled, in words: of the pieces, and of what is no piece.
+    #[must_use]
+    pub fn tell_sampled(&self) -> String {
+        let [pieces, mass, grains] =
+            [self.sampled, self.sampled_piece_mass(), self.grain_mass].map(|share| 100.0 * share);
+        let grains = match self.grain_mass > 0.0 {
+            true => format!("; grains of debris are {grains:.0} % of all mass"),
+            false => String::new(),
+        };
+        format!("{pieces:.0} % of pieces, {mass:.0} % of their mass{grains}")
+    }
 }
 
 impl fmt::Display for Shares {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let directed = self.directed.as_ref().map_or(0, |directed| directed.pieces);
         let solved = self.pieces - self.sampled_pieces - directed;
-        write!(
-            f,
-            "{solved} of {} pieces solved, {} sampled ({:.0} % of pieces, {:.0} % of their mass)",
-            self.pieces,
-            self.sampled_pieces,
-            100.0 * self.sampled,
-            100.0 * self.sampled_mass
-        )?;
-        if let Some(DirectedShares { pieces, share, mass, crack_area, .. }) = &self.directed {
-            let [share, mass, area] = [share, mass, crack_area].map(|share| 100.0 * share);
+        let (all, sampled, told) = (self.pieces, self.sampled_pieces, self.tell_sampled());
+        write!(f, "{solved} of {all} pieces solved, {sampled} sampled ({told})")?;
+        if let Some(DirectedShares { pieces, share, crack_area, .. }) = &self.directed {
+            let [share, mass, area] =
+                [*share, self.directed_piece_mass(), *crack_area].map(|share| 100.0 * share);
             write!(
                 f,
                 ", {pieces} directed ({share:.0} % of pieces, {mass:.0} % of their mass; \
@@ -170,6 +198,7 @@ impl Census {
                 volume: part(self.volume, 2),
                 crack_area: part(self.crack_area, 2),
             }),
+            grain_mass: share(debris, mass),
             ..Shares::of(pieces, (mass, sampled))
         })
     }
@@ -193,13 +222,29 @@ mod tests {
         assert_eq!((shares.pieces, shares.sampled_pieces), (3, 2));
         assert!((shares.sampled - 2.0 / 3.0).abs() < 1e-12);
         assert!((shares.sampled_mass - 0.4).abs() < 1e-12, "grains of 1 kg are sampled");
-        let line = "1 of 3 pieces solved, 2 sampled (67 % of pieces, 40 % of their mass)";
-        assert_eq!(shares.to_string(), line);
+        let grains = "; grains of debris are 10 % of all mass)";
+        let sampled = "2 sampled (67 % of pieces, 33 % of their mass";
+        assert_eq!(shares.to_string(), format!("1 of 3 pieces solved, {sampled}{grains}"));
         census.mark(&Sampled { body: 9, directed: vec![1], ..Sampled::default() });
-        let line = "0 of 3 pieces solved, 2 sampled (67 % of pieces, 40 % of their mass), 1 \
-                    directed (33 % of pieces, 60 % of their mass; 0 % of the crack area)";
-        assert_eq!(census.shares(1, 1.0).map(|shares| shares.to_string()).as_deref(), Some(line));
+        let line = format!(
+            "0 of 3 pieces solved, {sampled}{grains}, 1 directed (33 % of pieces, 67 % of their \
+             mass; 0 % of the crack area)"
+        );
+        assert_eq!(census.shares(1, 1.0).map(|shares| shares.to_string()), Some(line));
         census.gone(2);
         assert_eq!(census.shares(1, 0.0).map(|shares| shares.pieces), Some(2));
+    }
+
+    /// Grains are no pieces: where none was sampled, no mass of pieces was.
+    #[test]
+    fn a_share_by_number_and_one_by_mass_are_of_the_same_pieces() {
+        let mut census = Census::default();
+        census.born(&Body { id: 1, parent: Some(0), mass: 5.5, ..Body::default() });
+        census.mark(&Sampled { body: 0, ..Sampled::default() });
+        let shares = census.shares(1, 4.5).expect("it is told");
+        assert_eq!((shares.sampled_mass, shares.sampled_piece_mass()), (0.45, 0.0));
+        let line = "1 of 1 pieces solved, 0 sampled (0 % of pieces, 0 % of their mass; grains of \
+                    debris are 45 % of all mass)";
+        assert_eq!(shares.to_string(), line);
     }
 }

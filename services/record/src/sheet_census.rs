@@ -3,6 +3,7 @@
 use cullet_proto::recording::{SheetFrame, SheetLedger, SheetWindow};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// What came of all sheets of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -33,12 +34,50 @@ const POINTS: &str = "points";
 
 /// How many of the pieces that a window ends with are crumbs, of less area than six points; 0 where
 /// the window does not say of how many points the sheet is made.
-#[must_use]
-pub fn crumbs(window: &SheetWindow) -> usize {
+fn crumbs(window: &SheetWindow) -> usize {
     let points = window.figures.iter().find(|it| it.name == POINTS).map(|it| it.value);
     let area: f64 = window.pieces.iter().map(|piece| piece.area).sum();
     let least = points.filter(|&points| points > 0.0).map_or(0.0, |points| area / points * CRUMB);
     window.pieces.iter().filter(|piece| piece.area < (1.0 - 1e-9) * least).count()
+}
+
+/// Of how many pieces there are all, and how many of these are crumbs; as text "24 pieces, 22 of
+/// them crumbs".
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PieceCount {
+    /// All of them, which the expectation `sheet_pieces` bounds.
+    pub pieces: u64,
+    /// Those of less area than six points.
+    pub crumbs: u64,
+}
+
+impl PieceCount {
+    /// Counts the pieces that a window ends with.
+    #[must_use]
+    pub fn of(window: &SheetWindow) -> Self {
+        Self { pieces: window.pieces.len() as u64, crumbs: crumbs(window) as u64 }
+    }
+
+    /// Pieces that are more than crumbs.
+    #[must_use]
+    pub fn large(self) -> u64 {
+        self.pieces - self.crumbs
+    }
+
+    /// This and another count together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { pieces: self.pieces + other.pieces, crumbs: self.crumbs + other.crumbs }
+    }
+}
+
+impl fmt::Display for PieceCount {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { pieces, crumbs } = self;
+        let plural = if *pieces == 1 { "" } else { "s" };
+        write!(f, "{pieces} piece{plural}")?;
+        if *crumbs > 0 { write!(f, ", {crumbs} of them crumbs") } else { Ok(()) }
+    }
 }
 
 /// What came of each sheet of a run.
@@ -80,8 +119,7 @@ impl SheetCensus {
         let (residual, turnover) = (ledger.residual.abs(), turnover(&ledger));
         let share = if turnover > 0.0 { residual / turnover } else { 0.0 };
         totals.windows += 1;
-        totals.pieces = window.pieces.len() as u64;
-        totals.crumbs = crumbs(window) as u64;
+        PieceCount { pieces: totals.pieces, crumbs: totals.crumbs } = PieceCount::of(window);
         totals.torn_area = ledger.torn_area;
         totals.energy_residual = totals.energy_residual.max(residual);
         totals.energy_residual_rel = totals.energy_residual_rel.max(share);
@@ -115,14 +153,10 @@ impl SheetCensus {
                 0 => String::new(),
                 some => format!("; {some} of them one-way: bodies did not feel it"),
             };
-            let crumbs = match of.crumbs {
-                0 => String::new(),
-                some => format!(" (and {some} crumbs below {CRUMB} points)"),
-            };
+            let pieces = PieceCount { pieces: of.pieces, crumbs: of.crumbs };
             format!(
-                "sheet {number} ({name}): {} pieces{crumbs}, {:.3e} m² torn, {} frames, \
+                "sheet {number} ({name}): {pieces}, {:.3e} m² torn, {} frames, \
                  {} windows; energy off by {:.3e} J at most ({:.2} %), bodies by {:.3e} m{one_way}",
-                of.pieces - of.crumbs,
                 of.torn_area,
                 row.frames,
                 of.windows,

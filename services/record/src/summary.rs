@@ -86,6 +86,10 @@ pub struct Summary {
     pub scene: String,
     /// Its seed.
     pub seed: u64,
+    /// What the recording lacks, in words; nothing, and no key, where it is whole or only ends
+    /// early. All that follows is of what is left.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missing: Option<String>,
     /// Steps taken.
     pub steps: u64,
     /// Simulated time \[s\].

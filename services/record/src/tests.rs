@@ -443,6 +443,7 @@ fn damage_never_panics() {
     let (dir, damaged) = (folder(), folder());
     let sound = std::fs::read(recorded(dir.path()).path).expect("reads");
     let (path, out) = (damaged.path().join("damaged.mcap"), damaged.path().join("out.mcap"));
+    let again = damaged.path().join("again.mcap");
     let mut dice = 0;
     let mut below = |end: usize| {
         dice = scramble(dice + 1);
@@ -459,6 +460,12 @@ fn damage_never_panics() {
             let copy = std::fs::read(&out).expect("reads");
             let read = mcap::Summary::read(&copy).expect("ends well").expect("is indexed");
             assert_eq!(read.stats.expect("has statistics").message_count, report.messages);
+            // Of one that is cut off at its very beginning there is nothing to recover again.
+            if report.messages > 0 {
+                let again = recover(&out, &again).expect("what was saved is whole");
+                assert_eq!((again.damaged, again.messages), (0, report.messages));
+                assert_eq!(again.complete, report.holes.is_empty(), "{again}");
+            }
         }
         // A damaged message in a chunk without a check sum may be refused; it must not panic.
         let _outcome = inspect(&path).is_ok();

@@ -2,15 +2,15 @@
 //! resumes from a step takes the same way up to there.
 
 use super::digest::decides;
+use super::found::Found;
 use super::grains::{GrainRows, LongForm};
-use super::read::{Found, load, walk};
+use super::read::{load, walk};
 use super::summary::decode;
 use super::{
     BODIES, BODY, CRACKS, DEBRIS, GEOMETRY, JOBS, JOINTS, RecordError, SHAPE, SHEET_SURFACE,
     SHEETS, WINDOWS,
 };
 use cullet_proto::recording::{Grains, Recorded};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Nanoseconds of a second.
@@ -49,36 +49,30 @@ impl RunTrail {
     /// No recording of a run, or one of which a part is damaged.
     pub fn read(path: &Path) -> Result<Self, RecordError> {
         let (path, bytes) = load(path)?;
-        let mut topics: BTreeMap<u16, String> = BTreeMap::new();
         let (mut rows, mut step) = (GrainRows::default(), None);
         let mut marks = Vec::new();
         let walk = walk(&path, &bytes, &mut |found| {
             match found {
-                Found::Channel(channel) => {
-                    topics.insert(channel.id, channel.topic);
-                }
                 Found::Metadata(metadata) if metadata.name == "run" => {
                     rows = GrainRows::of(&metadata.metadata);
                     step = metadata.metadata.get("step").and_then(|step| step.parse().ok());
                 }
-                Found::Message(header, data) => {
-                    let topic = topics.get(&header.channel_id).map(String::as_str);
-                    let Some(topic) = topic.filter(|topic| decides(topic)) else { return Ok(()) };
-                    let data = match topic {
+                Found::Message(header, data, Some(topic)) if decides(&topic) => {
+                    let data = match &*topic {
                         DEBRIS => exact(&mut rows, header.log_time, data)?,
                         _ => data,
                     };
-                    marks.push(Mark::of(topic, header.log_time, &data));
+                    marks.push(Mark::of(&topic, header.log_time, &data));
                 }
                 _ => {}
             }
             Ok(())
         })?;
         let step = step.filter(|step: &f64| *step > 0.0);
-        match step.filter(|_| walk.damaged == 0) {
+        match step.filter(|_| walk.holes.is_empty()) {
             Some(step) => Ok(Self { path, marks, step }),
-            None if walk.damaged > 0 => Err(RecordError::Patchy { path }),
-            None => Err(RecordError::Foreign { path }),
+            None if walk.holes.is_empty() => Err(RecordError::Foreign { path }),
+            None => Err(RecordError::Patchy { path, missing: walk.holes.to_string() }),
         }
     }
 

@@ -299,7 +299,8 @@ impl SceneRun<'_> {
             if self.world.step_count() < last && !self.open_windows()? {
                 return Ok(true);
             }
-            if let Some(line) = self.notices.fallen(&self.world) {
+            let fallen = self.notices.fallen(&self.world);
+            for line in fallen.into_iter().chain(self.notices.pressed(&self.world)) {
                 self.say(line);
             }
             self.tell_position();

@@ -4,11 +4,23 @@
 use super::jobs::{Idle, PoolLoad};
 use cullet_geometry::Vec3;
 use cullet_scene::Scene;
-use cullet_world::{BodyId, World};
+use cullet_world::{BodyId, Pressed, World};
 use std::time::{Duration, Instant};
 
 /// How long a run waits for workers before it says so: those of its own need a moment to start.
 const GRACE: Duration = Duration::from_secs(3);
+
+/// How long something driven is in a body before that is said \[s\]: what breaks or gives way is
+/// gone sooner.
+const PRESSED: f64 = 0.05;
+
+/// What a press has gone into.
+enum Pressing {
+    Nothing,
+    /// Which body and by what, and since when \[s\].
+    Since(String, String, f64),
+    Told,
+}
 
 /// What was said, and what it takes to say more.
 pub(super) struct Notices {
@@ -18,6 +30,7 @@ pub(super) struct Notices {
     told: bool,
     /// The direction against gravity, and how far along it the lowest fixed body reaches \[m\].
     floor: Option<(Vec3, f64)>,
+    pressing: Pressing,
     /// Jobs that left a body in another shape.
     deformed: u64,
     /// Hits that broke nothing.
@@ -38,7 +51,8 @@ impl Notices {
             corners.fold(f64::INFINITY, f64::min)
         };
         let floor = up.map(|up| (up, lowest(&up))).filter(|(_, lowest)| lowest.is_finite());
-        Self { idle: None, told: false, floor, deformed: 0, hits: 0, hardest: None }
+        let (idle, told, pressing) = (None, false, Pressing::Nothing);
+        Self { idle, told, floor, pressing, deformed: 0, hits: 0, hardest: None }
     }
 
     /// A body has another shape.
@@ -84,15 +98,46 @@ impl Notices {
     pub(super) fn fallen(&mut self, world: &World) -> Option<String> {
         let (up, floor) = self.floor?;
         let below = world.bodies().filter(|view| view.parent.is_none() && !view.fixed);
+        let gravity = world.settings().gravity.norm();
         let mut below = below.filter(|view| {
-            let height = up.dot(&view.pose.translation.vector);
+            let drop = floor - up.dot(&view.pose.translation.vector);
+            let speed = -up.dot(&view.velocity);
             let reach = || view.solid.mesh.vertices.iter().map(Vec3::norm).fold(0.0, f64::max);
-            height < floor && up.dot(&view.velocity) < 0.0 && height + reach() < floor
+            // What hangs or swings there is not as fast as what fell that far.
+            drop > 0.0 && speed > 0.0 && speed * speed > gravity * drop && drop > reach()
         });
         let (name, time) = (below.next()?.name, world.time());
         self.floor = None;
         Some(format!(
             "warning: `{name}` has been below every fixed body since {time:.3} s and keeps falling"
+        ))
+    }
+
+    /// Says once that something driven has gone into a body, and stays there.
+    pub(super) fn pressed(&mut self, world: &World) -> Option<String> {
+        if matches!(self.pressing, Pressing::Told) {
+            return None;
+        }
+        let Some(Pressed { body, by, depth, share }) = world.pressed() else {
+            self.pressing = Pressing::Nothing;
+            return None;
+        };
+        let since = match &self.pressing {
+            Pressing::Since(it, press, since) if it == body && press == by => *since,
+            _ => {
+                self.pressing = Pressing::Since(body.to_owned(), by.to_owned(), world.time());
+                return None;
+            }
+        };
+        if world.time() - since < PRESSED {
+            return None;
+        }
+        self.pressing = Pressing::Told;
+        Some(format!(
+            "warning: `{by}` has gone {depth:.3e} m into `{body}`, {:.0} % of its size, since \
+             {since:.3} s: bodies break in hits, and no squeeze breaks one; what work `{by}` does \
+             on it from there on is that of no real press",
+            100.0 * share
         ))
     }
 

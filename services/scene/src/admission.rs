@@ -27,6 +27,9 @@ pub(super) fn check(context: &mut ResolveContext<'_>, scene: &Scene, paths: &[Pa
     };
     let mut asked = BTreeSet::new();
     for (body, path) in scene.bodies.iter().zip(paths) {
+        if context.files.is_stopped() {
+            return;
+        }
         let form = (Arc::as_ptr(&body.hulls) as usize, Arc::as_ptr(&body.solid) as usize);
         let new = asked.insert((form, Arc::as_ptr(&body.material) as usize, body.fixed));
         let spec = spec(body);

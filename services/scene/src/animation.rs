@@ -1,9 +1,9 @@
-//! Bodies that an animation of a GLB file drives.
+//! Bodies that an animation of a glTF file drives.
 
 use super::body::{MAX_DISTANCE, MAX_SPEED, TemplatePlacement};
 use super::context::ResolveContext;
 use super::format::{Axis, Body, BodyAnimation};
-use super::geometry::{BodyGeometry, upright};
+use super::geometry::{BodyGeometry, file_beside, upright};
 use cullet_assets::{NodeMotion, node_motion};
 use cullet_document::check::tell;
 use cullet_document::error::nearest;
@@ -38,8 +38,9 @@ impl ResolveContext<'_> {
             return None;
         }
         let file = key(&self.root.nearest(&below).text.base, &written.file);
-        if !file.to_lowercase().ends_with(".glb") {
-            let message = format!("\"{}\" is no GLB file: those end in .glb", written.file);
+        if !cullet_assets::is_gltf(&file) {
+            let message =
+                format!("\"{}\" is no glTF file: those end in .glb or .gltf", written.file);
             self.wrong(&below, message);
             return None;
         }
@@ -52,7 +53,8 @@ impl ResolveContext<'_> {
             return self.bounded(ReadAnimation { written: written.clone(), file, motion }, &path);
         }
         let bytes = self.files.get(&file).ok()?;
-        match node_motion(&bytes, written.name.as_deref(), &written.node) {
+        let mut beside = |other: &str| file_beside(self.files, &file, other);
+        match node_motion(&bytes, &mut beside, written.name.as_deref(), &written.node) {
             Ok(motion) => {
                 let motion = Arc::new(motion);
                 self.motions.motions.insert(known, Arc::clone(&motion));

@@ -201,8 +201,10 @@ impl ResolveContext<'_> {
             return Some(Arc::clone(material));
         }
         if !self.spoiled_materials.contains(name) {
-            let known: Vec<&str> = self.materials.keys().map(String::as_str).collect();
-            let help = suggest(name, &known);
+            let help = self.advice(|| {
+                let known: Vec<&str> = self.materials.keys().map(String::as_str).collect();
+                suggest(name, &known)
+            });
             let message = format!("there is no material \"{name}\"");
             self.wrong_with(&join(path, "material"), message, help);
         }
@@ -350,7 +352,7 @@ impl ResolveContext<'_> {
         }
         let names = match self.geometries.objects(&key, self.files) {
             Ok(names) if names.is_empty() => {
-                let message = "only .obj and .glb files have objects; this one is one body";
+                let message = "this file has no objects with names; it is one body";
                 self.wrong(&join(path, "objects"), message);
                 return None;
             }

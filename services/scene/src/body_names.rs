@@ -35,15 +35,15 @@ impl<'a> BodyNames<'a> {
     }
 
     /// The bodies of some names, each once, rising; what is wrong with a name is noted below
-    /// `path`.
+    /// `path`. A name that is there twice is looked up once.
     pub(super) fn all(
         &self,
         context: &mut ResolveContext<'_>,
         names: &[String],
         path: &Path,
     ) -> BTreeSet<usize> {
-        let mut found = BTreeSet::new();
-        for (index, name) in names.iter().enumerate() {
+        let (mut found, mut seen) = (BTreeSet::new(), BTreeSet::new());
+        for (index, name) in names.iter().enumerate().filter(|(_, name)| seen.insert(*name)) {
             match self.known.get(name.as_str()) {
                 Some(bodies) => found.extend(bodies),
                 None => self.unknown(context, name, &join(path, index)),
@@ -82,7 +82,7 @@ impl<'a> BodyNames<'a> {
             let message = format!("\"{name}\" is not rigid: it moves as it deforms");
             context.wrong(path, message);
         } else if !(self.unmade)(name) {
-            let near = nearest(name, self.known.keys().copied());
+            let near = context.advice(|| nearest(name, self.known.keys().copied()));
             let help = near.map(|near| format!("did you mean `{near}`?"));
             context.wrong_with(path, format!("there is no body \"{name}\""), help);
         }

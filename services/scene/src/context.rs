@@ -6,9 +6,12 @@ use super::material::SceneMaterial;
 use super::motions::MotionCache;
 use cullet_document::error::{SceneError, SceneErrorKind, nearest};
 use cullet_document::files::{FileError, Files};
-use cullet_document::tree::{Node, Path, Step, show};
+use cullet_document::tree::{Node, Path, Step, below, show};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+
+/// Errors that are told with the name that may have been meant.
+const ADVISED: usize = 100;
 
 /// What resolving needs and collects.
 pub struct ResolveContext<'a> {
@@ -33,7 +36,7 @@ pub struct ResolveContext<'a> {
     /// What is unusual, a line each.
     pub warnings: Vec<String>,
     /// Paths of values that are wrong by themselves, which was said already.
-    pub(super) bad: Vec<Path>,
+    pub(super) bad: BTreeSet<Path>,
     /// How coarse a draft is.
     pub(super) fidelity: Fidelity,
 }
@@ -52,7 +55,7 @@ impl<'a> ResolveContext<'a> {
             absent: Vec::new(),
             errors: Vec::new(),
             warnings: Vec::new(),
-            bad: Vec::new(),
+            bad: BTreeSet::new(),
             fidelity: Fidelity::default(),
         }
     }
@@ -76,13 +79,18 @@ impl ResolveContext<'_> {
             Some(_) => true,
             None => false,
         };
-        !self.bad.iter().any(meant)
+        !below(&self.bad, path).any(meant)
     }
 
     /// Whether what is wrong at a path is the consequence of an error that was noted.
     fn is_told(&self, path: &[Step]) -> bool {
-        let below = |bad: &Path| path.len() > 2 && bad.starts_with(path);
-        self.bad.iter().any(|bad| path.starts_with(bad) || below(bad))
+        self.lies_in_bad(path) || path.len() > 2 && below(&self.bad, path).next().is_some()
+    }
+
+    /// What `look` finds among all names of a scene as meant by one that is not known. That has its
+    /// price: the first errors have it, which are those that are shown.
+    pub(super) fn advice<T>(&self, look: impl FnOnce() -> Option<T>) -> Option<T> {
+        if self.errors.len() < ADVISED { look() } else { None }
     }
 
     /// Notes an error at a path.

@@ -127,9 +127,11 @@ fn entries<T: serde::de::DeserializeOwned>(
     list: &str,
 ) -> Vec<(Path, T)> {
     let root = context.root;
-    let items: Vec<&Node> = root.items(list).iter().collect();
+    // Of a list that is too long no item is looked at.
+    let bad = context.lies_in_bad(&[list.into()]);
+    let items: &[Node] = if bad { &[] } else { root.items(list) };
     let mut found = Vec::with_capacity(items.len());
-    for (index, node) in items.into_iter().enumerate() {
+    for (index, node) in items.iter().enumerate() {
         let path: Path = vec![list.into(), index.into()];
         if let Some(taken) = context.take::<T>(node, &path).filter(|taken| taken.whole) {
             found.push((path, taken.value));

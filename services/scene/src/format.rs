@@ -63,7 +63,8 @@ pub struct Document {
     pub description: String,
     /// Other scene files to read before this one; paths are relative to this file. Lists such as
     /// `[[body]]` are joined, those of included files first; for other keys this file's value
-    /// replaces theirs. Included files may include more, up to 8 files deep.
+    /// replaces theirs. Included files may include more, up to 8 files deep; all together have at
+    /// most 256 files and 16 MiB, a file that is included twice counted twice.
     #[schemars(length(max = 64))]
     pub include: Vec<String>,
     /// The simulation of rigid bodies: gravity, time and limits.

@@ -5,9 +5,10 @@
 use super::format::{Axis, RepairChoice, Shape};
 use super::parts::{self, PartsMesh, PlacedShape};
 use super::shape;
+use cullet_assets::MeshFile;
 use cullet_document::check::tell;
 use cullet_document::error::nearest;
-use cullet_document::files::{Files, folder_of, key};
+use cullet_document::files::{FileError, Files, folder_of, key};
 use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::door::{self, Repair, RepairReport};
 use cullet_geometry::hull::{self, HullSettings};
@@ -121,7 +122,7 @@ impl BodyGeometry {
 pub struct GeometryCache {
     made: BTreeMap<String, Result<Arc<BodyGeometry>, String>>,
     /// Mesh files as they are, by key.
-    read: BTreeMap<String, Result<Arc<SurfaceAttributes>, String>>,
+    read: BTreeMap<String, Result<Arc<MeshFile>, String>>,
     triangles: usize,
 }
 
@@ -136,6 +137,9 @@ impl GeometryCache {
         let key = format!("{source:?}");
         if let Some(geometry) = self.made.get(&key) {
             return geometry.clone();
+        }
+        if files.is_stopped() {
+            return Err(FileError::Stopped.to_string());
         }
         let made = catch_unwind(AssertUnwindSafe(|| self.make(source, files)))
             .unwrap_or_else(|_| Err("the form could not be made of these numbers".to_owned()))
@@ -154,19 +158,16 @@ impl GeometryCache {
     }
 
     /// The mesh file under a key as it is; the second call for a key costs nothing.
-    fn file(&mut self, name: &str, files: &mut Files) -> Result<Arc<SurfaceAttributes>, String> {
+    fn file(&mut self, name: &str, files: &mut Files) -> Result<Arc<MeshFile>, String> {
         if let Some(read) = self.read.get(name) {
             return read.clone();
         }
         let bytes = files.get(name).map_err(|error| error.to_string())?;
-        // A mesh file may come from anywhere: it names what lies beside it, and nothing else.
-        let mut beside = |library: &str| {
-            let plain = !library.contains(['/', '\\']) && library.ends_with(".mtl");
-            plain.then(|| files.get(&key(&folder_of(name), library)).ok()).flatten()
-        };
-        let read = cullet_assets::read_surface(name, &bytes, &mut beside);
-        if let Ok(surface) = &read {
-            take_pictures(surface, name, files);
+        let read = cullet_assets::read_surface(name, &bytes, &mut |other: &str| {
+            file_beside(files, name, other)
+        });
+        if let Ok(file) = &read {
+            take_pictures(&file.surface, name, files);
         }
         let read = read.map(Arc::new).map_err(|error| error.to_string());
         self.read.insert(name.to_owned(), read.clone());
@@ -175,7 +176,8 @@ impl GeometryCache {
 
     /// Names of the objects of a mesh file that have triangles, in its order.
     pub(super) fn objects(&mut self, name: &str, files: &mut Files) -> Result<Vec<String>, String> {
-        let surface = self.file(name, files)?;
+        let file = self.file(name, files)?;
+        let surface = &file.surface;
         let mut used = vec![false; surface.object_names.len()];
         surface.objects.iter().for_each(|&object| used[object as usize] = true);
         let names = surface.object_names.iter().zip(used);
@@ -199,12 +201,13 @@ impl GeometryCache {
                 (key, [*fit, *scale, *thickness], *up, repair, object)
             }
         };
-        let whole = self.file(name, files)?;
+        let file = self.file(name, files)?;
+        let whole = &file.surface;
         let mut surface = match object {
-            None => (*whole).clone(),
-            Some(object) => whole.only(named(&whole, name, &object.name)?),
+            None => whole.clone(),
+            Some(object) => whole.only(named(whole, name, &object.name)?),
         };
-        let default = if name.to_lowercase().ends_with(".glb") { Axis::Y } else { Axis::Z };
+        let default = if cullet_assets::is_gltf(name) { Axis::Y } else { Axis::Z };
         let up = up.unwrap_or(default);
         surface.turn(|v| upright(v, up));
         let in_scale = object.as_ref().is_some_and(|object| object.in_scale);
@@ -214,17 +217,20 @@ impl GeometryCache {
         surface.mesh.vertices.iter_mut().for_each(|v| *v -= away);
         let repair = match repair {
             RepairChoice::Auto => Repair::Auto,
+            RepairChoice::Remesh => Repair::Remesh,
             RepairChoice::Refuse => Repair::Refuse,
         };
         if let Some(thickness) = thickness {
-            let (mesh, repairs) = walled(&surface.mesh, thickness, repair)?;
+            let (mesh, mut repairs) = walled(&surface.mesh, thickness, repair)?;
+            repairs.extend(file.left_out.clone());
             let geometry = finish(mesh, false, repairs)?;
             let (placement, origin) = ((up, factor), geometry.origin - away);
             return Ok(BodyGeometry { placement, origin, file: Some(name.clone()), ..geometry });
         }
         let admitted = door::admit(&surface.mesh, repair).map_err(|error| error.to_string())?;
         let (mesh, report) = admitted;
-        let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
+        let repaired = (!report.is_clean()).then(|| report.to_string());
+        let repairs = repaired.into_iter().chain(file.left_out.clone()).collect();
         let geometry = finish(mesh, false, repairs)?;
         surface.mesh.vertices.iter_mut().for_each(|v| *v += geometry.origin);
         Ok(BodyGeometry {
@@ -277,6 +283,14 @@ fn take_pictures(surface: &SurfaceAttributes, name: &str, files: &mut Files) {
     }
 }
 
+/// The bytes of a file that a mesh file names. That may come from anywhere: it names what lies in
+/// its own folder or below, and nothing else.
+pub(super) fn file_beside(files: &mut Files, mesh: &str, other: &str) -> Option<Arc<Vec<u8>>> {
+    let below = other.split('/').all(|part| !part.is_empty() && part != "..");
+    let plain = below && !other.contains(['\\', ':']);
+    plain.then(|| files.get(&key(&folder_of(mesh), other)).ok()).flatten()
+}
+
 /// The place of an object among those of a mesh file.
 fn named(surface: &SurfaceAttributes, file: &str, name: &str) -> Result<u32, String> {
     let names = &surface.object_names;
@@ -284,7 +298,7 @@ fn named(surface: &SurfaceAttributes, file: &str, name: &str) -> Result<u32, Str
         return Ok(place as u32);
     }
     if names.is_empty() {
-        return Err(format!("{file} has no objects with names: only .obj and .glb files do"));
+        return Err(format!("{file} has no objects with names"));
     }
     let known: Vec<&str> = names.iter().map(String::as_str).collect();
     let near = nearest(name, known.iter().copied());
@@ -388,8 +402,10 @@ fn finish(mut mesh: TriMesh, convex: bool, repairs: Vec<String>) -> Result<BodyG
     mass.centroid = Vec3::zeros();
     let bounds = bounds(&mesh.vertices);
     let solid = Solid::outer(mesh);
+    // Of a ball all corners are kept, so that the world takes it for one.
+    let whole = convex || hull::radius_of_ball(&solid.mesh.vertices).is_some();
     let hulls =
-        if convex { vec![solid.mesh.vertices.clone()] } else { hull::convex_parts(&solid, HULLS) };
+        if whole { vec![solid.mesh.vertices.clone()] } else { hull::convex_parts(&solid, HULLS) };
     Ok(BodyGeometry {
         solid: Arc::new(solid),
         hulls: Arc::new(hulls),

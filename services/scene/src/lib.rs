@@ -51,7 +51,7 @@ mod treatment;
 pub use directions::SceneHit;
 pub use expect::Observed;
 pub use format::{Expect, SolverChoice, View};
-pub use load::{SCENE_FILE, load, load_bundle, name_at};
+pub use load::{SCENE_FILE, load, load_bundle, load_bundle_until, name_at};
 pub use material::{
     Kind, Preset, SceneMaterial, Sourced, is_preset, preset, presets, presets_json, presets_text,
 };

@@ -4,12 +4,14 @@ use super::material::is_preset;
 use super::resolve;
 use super::scene::Scene;
 use super::schema;
-use cullet_document::files::{Files, SCENE_BASE, Source};
+use cullet_document::files::{FileError, Files, SCENE_BASE, Source};
 use cullet_document::overrides::{OverrideRules, apply_overrides};
+use cullet_document::tree::ItemNames;
 use cullet_document::{Bundle, SceneError, SceneErrors, SceneFile, check, document};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// The name of the scene file in a scene's folder.
 pub const SCENE_FILE: &str = "scene.toml";
@@ -44,9 +46,17 @@ pub fn name_at(path: &Path) -> String {
 /// # Errors
 /// As [`load`].
 pub fn load_bundle(bundle: &Bundle) -> Result<Scene, SceneErrors> {
+    load_bundle_until(bundle, Arc::default())
+}
+
+/// As [`load_bundle`], until `stop` is set: then it ends soon, with an error that says so.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_bundle_until(bundle: &Bundle, stop: Arc<AtomicBool>) -> Result<Scene, SceneErrors> {
     let files =
         bundle.files.iter().map(|file| (file.key.clone(), Arc::clone(&file.bytes))).collect();
-    let files = Files::new(Source::Bundle(files));
+    let files = Files::new(Source::Bundle(files)).until(stop);
     build(bundle.name.clone(), files, bundle.main.clone(), &bundle.overrides)
 }
 
@@ -82,13 +92,19 @@ fn build(
     errors.append(&mut findings.errors);
     let resolved = resolve::resolve(&root, findings, &mut files);
     errors.extend(resolved.errors);
+    if files.is_stopped() {
+        // What was not looked at any more is missing in the scene, or in what is wrong with it.
+        let error = SceneError::without_place(FileError::Stopped.to_string());
+        return Err(SceneErrors { errors: vec![error] });
+    }
+    let names = ItemNames::of(&root);
     if !errors.is_empty() {
-        let errors = errors.into_iter().map(|error| error.named(&root)).collect();
+        errors.iter_mut().for_each(|error| error.path = names.tell(&error.path));
         return Err(SceneErrors::sorted(errors));
     }
     let mut scene = resolved.scene;
     for line in &mut scene.warnings {
-        *line = root.with_names(line);
+        *line = names.tell(line);
     }
     scene.name = name;
     scene.source_text = text.content.clone();

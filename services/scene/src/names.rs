@@ -57,8 +57,8 @@ impl Builder<'_> {
         let known: BTreeSet<&str> = whole.chain(soft).collect();
         let is_lost = |name: &String| !known.contains(&name[..]) && !made.contains(&name[..]);
         LostBodies {
-            generators: generators.filter(|name| !there(name)).collect(),
-            any: single.iter().any(Option::is_none),
+            any: single.iter().any(Option::is_none) || generators.clone().any(|it| it.is_none()),
+            generators: generators.filter(|name| !there(name)).flatten().collect(),
             names: single.into_iter().flatten().filter(is_lost).collect(),
         }
     }
@@ -79,8 +79,9 @@ impl Builder<'_> {
         let lost = self.lost(&self.bodies);
         for (path, name) in named {
             if !known.contains(name) && !lost.covers(name) {
-                let help = nearest(name, written.iter().map(String::as_str))
-                    .map(|near| format!("did you mean `{near}`?"));
+                let near = || nearest(name, written.iter().map(String::as_str));
+                let near = self.context.advice(near);
+                let help = near.map(|near| format!("did you mean `{near}`?"));
                 let message = format!("there is no body \"{name}\"");
                 self.context.wrong_with(&path, message, help);
             }
@@ -132,19 +133,20 @@ fn is_name(name: &str) -> bool {
 
 /// Bodies that are written and could not be made.
 pub(super) struct LostBodies {
-    /// Names of lists of bodies that are not there; nothing of one whose name is not known.
-    generators: Vec<Option<String>>,
+    /// Names of lists of bodies that are not there.
+    generators: BTreeSet<String>,
     /// Names of single bodies.
     names: BTreeSet<String>,
-    /// Whether any name may be one of theirs.
+    /// Whether any name may be one of theirs, because the name of one is not known.
     any: bool,
 }
 
 impl LostBodies {
     pub(super) fn covers(&self, name: &str) -> bool {
-        let of = |generator: &Option<String>| {
-            generator.as_ref().is_none_or(|generator| name.starts_with(generator.as_str()))
-        };
-        self.any || self.names.contains(name) || self.generators.iter().any(of)
+        let begins = name.char_indices().map(|(at, _)| &name[..at]).take(MAX_NAME + 1);
+        let mut begins = begins.chain([name]);
+        self.any
+            || self.names.contains(name)
+            || !self.generators.is_empty() && begins.any(|begin| self.generators.contains(begin))
     }
 }

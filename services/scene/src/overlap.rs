@@ -49,15 +49,17 @@ fn corners(hull: &[Vec3], pose: &Pose) -> Vec<Vec3> {
 }
 
 /// The first pairs of overlapping bodies, at most `most`; `skip` lets pairs stand in one another.
+/// Once it is `stopped` no more are looked for.
 pub(super) fn overlaps(
     placed: &[Placed<'_>],
     most: usize,
+    stopped: impl Fn() -> bool,
     skip: impl Fn(usize, usize) -> bool,
 ) -> Vec<(usize, usize)> {
     let mut order: Vec<usize> = (0..placed.len()).collect();
     order.sort_by(|&a, &b| placed[a].low.x.total_cmp(&placed[b].low.x).then(a.cmp(&b)));
     let mut found = Vec::new();
-    for (rank, &a) in order.iter().enumerate() {
+    for (rank, &a) in order.iter().enumerate().take_while(|_| !stopped()) {
         for &b in &order[rank + 1..] {
             if placed[b].low.x >= placed[a].high.x {
                 break;
@@ -112,7 +114,7 @@ mod tests {
     fn meet(first: Pose, second: Pose) -> bool {
         let shape = cube(1.0);
         let bodies = [place(&shape, &first), place(&shape, &second)];
-        !overlaps(&bodies, 10, |_, _| false).is_empty()
+        !overlaps(&bodies, 10, || false, |_, _| false).is_empty()
     }
 
     #[test]
@@ -140,7 +142,7 @@ mod tests {
                 let depth = 0.01 * f64::from(step);
                 let poses = [at(0.0, 0.0, -2.0, 0.0), at(0.0, 0.0, 0.05 - depth, turn)];
                 let bodies = [place(&floor, &poses[0]), place(&small, &poses[1])];
-                assert_eq!(overlaps(&bodies, 10, |_, _| false), [(0, 1)], "{depth} deep");
+                assert_eq!(overlaps(&bodies, 10, || false, |_, _| false), [(0, 1)], "{depth} deep");
             }
         }
     }
@@ -150,7 +152,8 @@ mod tests {
         let (large, small) = (cube(4.0), cube(0.1));
         let poses = [at(0.0, 0.0, 0.0, 0.3), at(1.0, 0.5, -0.7, 0.0)];
         let bodies = [place(&large, &poses[0]), place(&small, &poses[1])];
-        assert_eq!(overlaps(&bodies, 10, |_, _| false), [(0, 1)]);
-        assert!(overlaps(&bodies, 10, |_, _| true).is_empty());
+        assert_eq!(overlaps(&bodies, 10, || false, |_, _| false), [(0, 1)]);
+        assert!(overlaps(&bodies, 10, || false, |_, _| true).is_empty());
+        assert!(overlaps(&bodies, 10, || true, |_, _| false).is_empty());
     }
 }

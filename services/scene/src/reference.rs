@@ -15,7 +15,7 @@ use super::material::presets;
 use super::schema::schema_json;
 use super::surface_detail::Look;
 use cullet_document::check::tell;
-use cullet_document::document::MAX_SCENE_BYTES;
+use cullet_document::files::MAX_SCENE_BYTES;
 use cullet_document::unit::Dimension;
 use facts::{Key, anchor, plain, target};
 use serde_json::Value as Json;

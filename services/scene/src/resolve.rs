@@ -411,7 +411,8 @@ impl Builder<'_> {
         let placed: Vec<overlap::Placed<'_>> =
             self.bodies.iter().map(|body| overlap::place(&body.hulls, &body.pose)).collect();
         let held = |body: usize| self.bodies[body].fixed || self.bodies[body].drive.is_some();
-        let pairs = overlap::overlaps(&placed, MAX_OVERLAPS, |a, b| held(a) && held(b));
+        let stopped = || self.context.files.is_stopped();
+        let pairs = overlap::overlaps(&placed, MAX_OVERLAPS, stopped, |a, b| held(a) && held(b));
         for (first, second) in pairs {
             let (one, two) = (&self.bodies[first].name, &self.bodies[second].name);
             let message = format!("\"{two}\" overlaps \"{one}\" at the start");

@@ -14,6 +14,7 @@ use cullet_model::{
     ContinuumBody, MembraneLaw, MembraneMaterial, MembraneSheet, SheetDiffusion, SheetGrip,
     SheetPlace, SheetQuantities, SheetRegion, SheetSource, SheetSourceKind,
 };
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Reach of bonds over the distance of points \[1\]: moduli are within 0.5 % there.
@@ -138,7 +139,7 @@ impl ResolveContext<'_> {
         let material = self.materials.get(name).map(Arc::clone);
         if material.is_none() && !self.spoiled_materials.contains(name) {
             let known: Vec<&str> = self.materials.keys().map(String::as_str).collect();
-            let help = suggest(name, &known);
+            let help = self.advice(|| suggest(name, &known));
             let message = format!("there is no material \"{name}\"");
             self.wrong_with(&join(path, "material"), message, help);
         }
@@ -263,11 +264,11 @@ impl ResolveContext<'_> {
         absent: Vec<(Path, String)>,
         moving: &[SceneMovingBody],
     ) {
+        let moving: BTreeSet<&str> = moving.iter().map(|body| body.name.as_str()).collect();
         for (path, name) in absent {
-            let moves = moving.iter().any(|body| body.name == name);
-            let known = self.objects.keys().map(String::as_str);
-            let help = nearest(&name, known).map(|near| format!("did you mean `{near}`?"));
-            let message = match moves {
+            let near = || nearest(&name, self.objects.keys().map(String::as_str));
+            let help = self.advice(near).map(|near| format!("did you mean `{near}`?"));
+            let message = match moving.contains(&name[..]) {
                 true => format!("\"{name}\" is no rigid body: it deforms"),
                 false => format!("there is no rigid body \"{name}\""),
             };

@@ -1,8 +1,9 @@
 //! Items of a document, read as far as they are right.
 
 use super::context::ResolveContext;
-use cullet_document::tree::{Node, Path, Step};
+use cullet_document::tree::{Node, Path, Step, below};
 use serde::de::DeserializeOwned;
+use std::collections::BTreeSet;
 
 /// An item of a document.
 pub(super) struct Taken<T> {
@@ -20,7 +21,10 @@ impl ResolveContext<'_> {
         node: &Node,
         at: &[Step],
     ) -> Option<Taken<T>> {
-        if !self.bad.iter().any(|bad| bad.starts_with(at)) {
+        if self.files.is_stopped() {
+            return None;
+        }
+        let Some(deepest) = below(&self.bad, at).map(Vec::len).max() else {
             return match T::deserialize(node.to_toml()) {
                 Ok(value) => Some(Taken { value, whole: true }),
                 Err(error) => {
@@ -28,12 +32,11 @@ impl ResolveContext<'_> {
                     None
                 }
             };
-        }
+        };
         // Without the wrong values, or else without what these lie under, as little as will do.
-        let deepest = self.bad.iter().map(Vec::len).max().unwrap_or(0);
         let without = |depth: usize| {
-            let bad: Vec<Path> =
-                self.bad.iter().map(|bad| bad[..bad.len().min(depth)].to_vec()).collect();
+            let cut = |bad: &Path| bad[..bad.len().min(depth)].to_vec();
+            let bad: BTreeSet<Path> = below(&self.bad, at).map(cut).collect();
             T::deserialize(node.to_toml_without(at, &bad)?).ok()
         };
         let mut left = (at.len() + 1..=deepest).rev().filter_map(without);
@@ -42,6 +45,11 @@ impl ResolveContext<'_> {
 
     /// Whether a value is wrong by itself, or something below it.
     pub(super) fn is_bad(&self, path: &[Step]) -> bool {
-        self.bad.iter().any(|bad| bad.starts_with(path) || path.starts_with(bad))
+        self.lies_in_bad(path) || below(&self.bad, path).next().is_some()
+    }
+
+    /// Whether a value is wrong by itself, or something that it is a part of.
+    pub(super) fn lies_in_bad(&self, path: &[Step]) -> bool {
+        (0..=path.len()).any(|length| self.bad.contains(&path[..length]))
     }
 }

@@ -7,6 +7,7 @@ mod bonds;
 mod directed;
 mod draft;
 mod dynamic;
+mod many;
 mod objects;
 mod pieces;
 mod places;

@@ -4,12 +4,12 @@ use crate::config;
 use crate::link::Link;
 use async_trait::async_trait;
 use rustls::pki_types::ServerName;
+use std::collections::VecDeque;
 use std::fmt;
 use std::net::SocketAddr;
-use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream, lookup_host};
-use tokio::sync::Semaphore;
+use tokio::task::AbortHandle;
 use tokio::time::{sleep, timeout};
 use tokio_rustls::{TlsAcceptor, TlsConnector, TlsStream};
 use zenoh_link_commons::tcp::get_tcp_addrs;
@@ -23,8 +23,7 @@ use zenoh_runtime::ZRuntime;
 
 /// Longest handshake.
 const HANDSHAKE: Duration = Duration::from_secs(10);
-/// Most handshakes at once: a stranger who never ends any takes no more than these, and each of
-/// them for no longer than [`HANDSHAKE`].
+/// Most handshakes at once: a stranger who never ends any takes no more than these.
 const HANDSHAKES: usize = 256;
 /// Wait after a connection could not be accepted, as where descriptors are short.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -130,40 +129,46 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
 }
 
 /// Accepts connections for ever. Handshakes run beside each other, so that who does not end one
-/// keeps nobody waiting.
+/// keeps nobody waiting; where there are too many the oldest, which has had its time, makes room.
 async fn accept(
     listener: TcpListener,
     acceptor: TlsAcceptor,
     links: NewLinkChannelSender,
     expires: bool,
 ) {
-    let free = Arc::new(Semaphore::new(HANDSHAKES));
+    let mut greetings = VecDeque::<AbortHandle>::new();
     loop {
-        let Ok(permit) = Arc::clone(&free).acquire_owned().await else { return };
         let (socket, from) = match listener.accept().await {
             Ok(accepted) => accepted,
             Err(error) => {
                 tracing::warn!("cannot accept a connection: {error}");
+                greetings.pop_front().iter().for_each(AbortHandle::abort);
                 sleep(PAUSE).await;
                 continue;
             }
         };
+        greetings.retain(|greeting| !greeting.is_finished());
+        if greetings.len() >= HANDSHAKES {
+            greetings.pop_front().iter().for_each(AbortHandle::abort);
+        }
         let (acceptor, links) = (acceptor.clone(), links.clone());
+        let greeting = ZRuntime::Acceptor.spawn(greet(socket, acceptor, expires));
+        greetings.push_back(greeting.abort_handle());
         ZRuntime::Acceptor.spawn(async move {
-            match greet(socket, &acceptor, expires).await {
-                Ok(link) => {
+            match greeting.await {
+                Ok(Ok(link)) => {
                     if let Err(error) = links.send_async(link).await {
                         tracing::warn!("a link from {from} comes too late: {error}");
                     }
                 }
-                Err(error) => tracing::debug!("no TLS link from {from}: {error}"),
+                Ok(Err(error)) => tracing::debug!("no TLS link from {from}: {error}"),
+                Err(_) => tracing::debug!("no TLS link from {from}: it made room for others"),
             }
-            drop(permit);
         });
     }
 }
 
-async fn greet(socket: TcpStream, acceptor: &TlsAcceptor, expires: bool) -> ZResult<LinkUnicast> {
+async fn greet(socket: TcpStream, acceptor: TlsAcceptor, expires: bool) -> ZResult<LinkUnicast> {
     let stream = timeout(HANDSHAKE, acceptor.accept(socket))
         .await
         .map_err(|_| zerror!("no handshake within {HANDSHAKE:?}"))??;

@@ -1,6 +1,6 @@
 //! Figures of what directed a run.
 
-use cullet_record::{DirectedShares, DirectedTotals};
+use cullet_record::{DirectedTotals, Shares};
 
 /// What the scene directed, and neither a solver solved nor a law sampled.
 pub(crate) fn directed_figures(directed: &DirectedTotals) -> Vec<(&'static str, String)> {
@@ -35,12 +35,13 @@ pub(crate) fn directed_figures(directed: &DirectedTotals) -> Vec<(&'static str, 
     rows
 }
 
-/// What of the fragments was directed.
-pub(crate) fn directed_shares(shares: &DirectedShares) -> [(&'static str, String); 3] {
+/// What of the fragments was directed; nothing where nothing was.
+pub(crate) fn directed_shares(shares: &Shares) -> Vec<(&'static str, String)> {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    [
-        ("directed pieces, of those at the end", percent(shares.share)),
-        ("their share of the mass", percent(shares.mass)),
-        ("directed share of the crack area", percent(shares.crack_area)),
+    let Some(directed) = &shares.directed else { return Vec::new() };
+    vec![
+        ("directed pieces, of those at the end", percent(directed.share)),
+        ("share of them in the mass of pieces", percent(shares.directed_piece_mass())),
+        ("directed share of the crack area", percent(directed.crack_area)),
     ]
 }

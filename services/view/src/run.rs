@@ -145,6 +145,8 @@ impl RunData {
         let breaks = recording.events.iter().filter(|event| is_change(event));
         let first = breaks.map(|event| event.time).next().unwrap_or(0.0);
         let cut = if recording.complete { "" } else { "; the run was cut off" };
+        let missing = summary.missing.as_ref().map(|of| format!("; the recording has holes: {of}"));
+        let cut = missing.unwrap_or_else(|| cut.to_owned());
         let about = format!(
             "seed {}; {} steps, {:.3} s simulated; recorded by Cullet {}{cut}",
             summary.seed, summary.steps, summary.sim_seconds, summary.version
@@ -197,12 +199,13 @@ fn figures(summary: &Summary) -> Vec<(&'static str, String)> {
     ];
     if let Some(shares) = &summary.shares {
         rows.push(("sampled pieces, of those at the end", percent(shares.sampled)));
-        rows.push(("their share of the mass", percent(shares.sampled_mass)));
+        rows.push(("share of them in the mass of pieces", percent(shares.sampled_piece_mass())));
+        rows.push(("share of all mass in grains of debris", percent(shares.grain_mass)));
         let volume = shares.sampled_volume.map(percent);
         rows.extend(volume.map(|text| ("sampled share of the broken volume", text)));
         let area = shares.sampled_crack_area.map(percent);
         rows.extend(area.map(|text| ("sampled share of the crack area", text)));
-        rows.extend(shares.directed.iter().flat_map(directed_shares));
+        rows.extend(directed_shares(shares));
     }
     if let Some(directed) = &summary.directed {
         rows.extend(directed_figures(directed));
@@ -446,6 +449,14 @@ mod tests {
         let part = data.bodies.iter().find(|body| body.parent == Some(1)).expect("a part");
         assert!((part.birth - broken.time).abs() < 1e-9, "{} s", part.birth);
         assert!(part.origin.is_some() && cube.origin.is_none());
+    }
+
+    #[test]
+    fn the_head_of_a_page_says_what_is_missing() {
+        let mut recording = recorded();
+        recording.holes.unborn = 2;
+        let about = RunData::of(&recording).about;
+        assert!(about.contains("the recording has holes: 2 bodies"), "{about}");
     }
 
     #[test]

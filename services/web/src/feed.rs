@@ -3,6 +3,7 @@
 
 use crate::view::{
     ClockView, FarmNews, FarmView, Png, RunExtras, RunFigures, RunNews, RunView, WorkerView,
+    WorkerViews,
 };
 use cullet_proto::service::WorkerInfo;
 use std::collections::{BTreeMap, BTreeSet};
@@ -70,7 +71,7 @@ impl Feed {
         };
         let runs = news.runs.into_iter().map(view).collect();
         drop(extras);
-        let workers = workers(news.workers, &before.workers, news.now_ms);
+        let workers = WorkerViews::new(workers(news.workers, &before.workers.all, news.now_ms));
         let same = *before.workers == workers;
         let workers = if same { Arc::clone(&before.workers) } else { Arc::new(workers) };
         let clock = ClockView {
@@ -141,9 +142,11 @@ impl Feed {
 
 /// Workers with the time at which those that are gone were last seen.
 fn workers(now: Vec<WorkerInfo>, before: &[WorkerView], now_ms: u64) -> Vec<WorkerView> {
+    let before: BTreeMap<&str, Option<u64>> =
+        before.iter().map(|old| (&old.info.session[..], old.gone_ms)).collect();
     let gone = |info: &WorkerInfo| {
-        let old = before.iter().find(|old| old.info.session == info.session);
-        (!info.up).then(|| old.and_then(|old| old.gone_ms).unwrap_or(now_ms))
+        let old = before.get(&info.session[..]).copied().flatten();
+        (!info.up).then_some(old.unwrap_or(now_ms))
     };
     now.into_iter().map(|info| WorkerView { gone_ms: gone(&info), info }).collect()
 }

@@ -1,4 +1,5 @@
-//! Reports of runs that are over: made when first asked for, one at a time, and kept for a while.
+//! Reports of runs that are over: made when first asked for, one at a time in a thread of their
+//! own, and kept for a while. Who waits for one waits for no other answer's thread.
 
 use crate::pictures::Illustrator;
 use crate::view::{RECORDING, RunView};
@@ -7,8 +8,10 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tempfile::TempDir;
+use tokio::sync::oneshot;
 
 /// Reports kept, and most bytes of them: the oldest make room for the next.
 const KEPT: usize = 16;
@@ -16,6 +19,8 @@ const KEPT_BYTES: u64 = 512 << 20;
 /// A recording of more bytes has no report here: it would be a page of hundreds of megabytes, made
 /// in as much memory.
 const MAX_RECORDING: u64 = 1 << 30;
+/// Those who may wait for reports; further ones are told so.
+const WAITING: usize = 32;
 /// Most bytes of a page.
 const MAX_PAGE: u64 = 256 << 20;
 
@@ -36,6 +41,11 @@ pub(crate) enum NoReport {
     LargePage { run: u64, length: u64 },
     #[error("run {run} has no report: {text}")]
     Failed { run: u64, text: String },
+    #[error(
+        "{WAITING} wait for a report already, which is as many as may: ask for that of run {run} \
+         later"
+    )]
+    Busy { run: u64 },
 }
 
 /// A report that was made.
@@ -81,13 +91,16 @@ pub(crate) struct Reports {
     illustrator: Arc<dyn Illustrator>,
     folder: TempDir,
     made: Mutex<ReportPages>,
+    /// Held while one is made.
+    making: Mutex<()>,
     stop: AtomicBool,
 }
 
 impl Reports {
     pub(crate) fn new(illustrator: Arc<dyn Illustrator>) -> io::Result<Self> {
         let (folder, made) = (tempfile::tempdir()?, Mutex::default());
-        Ok(Self { illustrator, folder, made, stop: AtomicBool::new(false) })
+        let (making, stop) = (Mutex::default(), AtomicBool::new(false));
+        Ok(Self { illustrator, folder, made, making, stop })
     }
 
     /// Nothing is made any more.
@@ -95,44 +108,51 @@ impl Reports {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// The page of a run, as a file. It waits while another is made.
-    pub(crate) fn page(&self, view: &RunView) -> Result<File, NoReport> {
+    fn made(&self) -> MutexGuard<'_, ReportPages> {
+        self.made.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The page of a run that was made, or of which that was tried.
+    fn known(&self, view: &RunView) -> Option<Result<File, NoReport>> {
         let run = view.info.run;
-        let failed = |text: String| NoReport::Failed { run, text };
+        let made = self.made();
+        let page = made.pages.iter().find(|page| page.of == key_of(view))?;
+        let failed = |error: io::Error| NoReport::Failed { run, text: error.to_string() };
+        Some(match &page.path {
+            Some(path) => File::open(path).map_err(failed),
+            None => Err(NoReport::LargePage { run, length: page.length }),
+        })
+    }
+
+    /// The page of a run, as a file. It waits while another is made.
+    fn page(&self, view: &RunView) -> Result<File, NoReport> {
+        let run = view.info.run;
         let Some(folder) = view.folder.as_ref().filter(|_| view.report) else {
             return Err(NoReport::Unfinished { run, state: view.info.state.word() });
         };
-        // Held while it is made: one at a time, and who asks for the same has it then.
-        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = (run, view.info.attempt, view.info.ended_ms);
-        let known = made.pages.iter().position(|page| page.of == key);
-        let at = match known {
-            Some(at) => at,
-            None => {
-                let page = self.make(folder, key, &mut made)?;
-                made.pages.push_back(page);
-                made.pages.len() - 1
-            }
-        };
-        let ReportPage { path, length, .. } = &made.pages[at];
-        let Some(path) = path else { return Err(NoReport::LargePage { run, length: *length }) };
-        File::open(path).map_err(|error| failed(error.to_string()))
+        let _alone = self.making.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = self.known(view) {
+            return known;
+        }
+        let page = self.make(folder, key_of(view))?;
+        self.made().pages.push_back(page);
+        let lost = || NoReport::Failed { run, text: "it made room for another".to_owned() };
+        self.known(view).unwrap_or_else(|| Err(lost()))
     }
 
     /// Makes a page, and room for it. One that is too large is not kept.
-    fn make(
-        &self,
-        folder: &Path,
-        of: ReportKey,
-        made: &mut ReportPages,
-    ) -> Result<ReportPage, NoReport> {
+    fn make(&self, folder: &Path, of: ReportKey) -> Result<ReportPage, NoReport> {
         let (run, ..) = of;
         let length = fs::metadata(folder.join(RECORDING)).map_or(0, |known| known.len());
         if length > MAX_RECORDING {
             return Err(NoReport::Large { run, length });
         }
-        made.count += 1;
-        let path = self.folder.path().join(format!("{}.html", made.count));
+        let count = {
+            let mut made = self.made();
+            made.count += 1;
+            made.count
+        };
+        let path = self.folder.path().join(format!("{count}.html"));
         let done = self.illustrator.report(folder, &path, &self.stop);
         let done = done.and_then(|()| fs::metadata(&path).map_err(|error| error.to_string()));
         let length = match done {
@@ -145,11 +165,52 @@ impl Reports {
         if length > MAX_PAGE {
             fs::remove_file(&path)
                 .map_err(|error| NoReport::Failed { run, text: error.to_string() })?;
-            made.make_room(0);
+            self.made().make_room(0);
             return Ok(ReportPage { of, path: None, length });
         }
-        made.make_room(length);
+        self.made().make_room(length);
         Ok(ReportPage { of, path: Some(path), length })
+    }
+}
+
+fn key_of(view: &RunView) -> ReportKey {
+    (view.info.run, view.info.attempt, view.info.ended_ms)
+}
+
+/// Somebody who waits for a report.
+type ReportWish = (Arc<RunView>, oneshot::Sender<Result<File, NoReport>>);
+
+/// Where reports are asked for. Clones are the same queue; its thread ends with the last of them.
+#[derive(Clone, Debug)]
+pub(crate) struct ReportQueue {
+    reports: Arc<Reports>,
+    asks: SyncSender<ReportWish>,
+}
+
+impl ReportQueue {
+    pub(crate) fn start(reports: Arc<Reports>) -> io::Result<Self> {
+        let (asks, asked) = sync_channel::<ReportWish>(WAITING);
+        let maker = Arc::clone(&reports);
+        let work = move || {
+            // For one that has left nothing is made.
+            for (view, answer) in asked.iter().filter(|(_, answer)| !answer.is_closed()) {
+                let _has_left = answer.send(maker.page(&view));
+            }
+        };
+        std::thread::Builder::new().name("cullet-reports".into()).spawn(work)?;
+        Ok(Self { reports, asks })
+    }
+
+    /// The page of a run. One that was made is there at once.
+    pub(crate) async fn page(&self, view: Arc<RunView>) -> Result<File, NoReport> {
+        let run = view.info.run;
+        if let Some(known) = self.reports.known(&view) {
+            return known;
+        }
+        let (answer, answered) = oneshot::channel();
+        self.asks.try_send((view, answer)).map_err(|_| NoReport::Busy { run })?;
+        let ended = || NoReport::Failed { run, text: "the page ends".to_owned() };
+        answered.await.unwrap_or_else(|_| Err(ended()))
     }
 }
 

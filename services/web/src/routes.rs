@@ -1,25 +1,23 @@
 //! What can be asked for.
 
-use crate::events::events;
+use crate::events::{PAGE as PAGE_BYTES, events};
 use crate::feed::Feed;
 use crate::headers::{DRAWING_POLICY, REPORT_POLICY, is_of_another_site};
-use crate::reports::{NoReport, Reports};
+use crate::reports::{NoReport, ReportQueue};
 use crate::server::{Caller, plain};
-use crate::view::{RunView, SHEET};
+use crate::view::{RunView, SHEET, list};
 use axum::Router;
 use axum::body::Body;
 use axum::extract::{Extension, Path, Request, State};
-use axum::http::header::{CONTENT_LENGTH, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
-use axum::http::{HeaderName, HeaderValue, Response, StatusCode};
+use axum::http::header::{CONTENT_LENGTH, CONTENT_SECURITY_POLICY, CONTENT_TYPE, LINK};
+use axum::http::{HeaderName, HeaderValue, Response, StatusCode, Uri};
 use axum::middleware::{Next, from_fn};
-use axum::response::IntoResponse;
 use axum::routing::get;
 use cullet_proto::service::FileInfo;
 use futures_util::stream::unfold;
 use serde::Serialize;
 use std::fs::File;
 use std::io::{self, Read};
-use std::sync::Arc;
 use tokio::task::spawn_blocking;
 
 const PAGE: &str = include_str!("../assets/page.html");
@@ -43,7 +41,7 @@ const SHOWN: [(&str, &str, &str); 3] = [
 #[derive(Clone, Debug)]
 pub(crate) struct Sources {
     pub(crate) feed: Feed,
-    pub(crate) reports: Arc<Reports>,
+    pub(crate) reports: ReportQueue,
 }
 
 type WebReply = Response<Body>;
@@ -108,20 +106,44 @@ async fn watch(State(sources): State<Sources>, Extension(caller): Extension<Call
         let text = format!("{WATCHERS} watch already, which is as many as may\n");
         return plain(StatusCode::SERVICE_UNAVAILABLE, text);
     }
-    events(&sources.feed, caller.watching).into_response()
+    events(&sources.feed, caller.watching)
 }
 
 async fn farm(State(sources): State<Sources>) -> WebReply {
     json(&sources.feed.now().clock)
 }
 
-async fn runs(State(sources): State<Sources>) -> WebReply {
+/// A page of the runs by number: `?after=N` begins behind run N, and the header `link` names the
+/// next page, if there is one.
+async fn runs(State(sources): State<Sources>, uri: Uri) -> WebReply {
+    let asked = uri.query().unwrap_or_default();
+    let after = match asked.strip_prefix("after=").map(str::parse::<u64>) {
+        Some(Ok(after)) => after,
+        None if asked.is_empty() => 0,
+        _ => return plain(StatusCode::BAD_REQUEST, "ask as in /api/runs?after=7\n"),
+    };
     let now = sources.feed.now();
-    json(&now.runs.values().map(|run| &**run).collect::<Vec<_>>())
+    let (mut bytes, mut last, mut page) = (0, after, Vec::new());
+    let mut more = false;
+    for (run, view) in now.runs.range(after.saturating_add(1)..) {
+        bytes += view.json.len();
+        if bytes > PAGE_BYTES && !page.is_empty() {
+            more = true;
+            break;
+        }
+        page.push(&view.json);
+        last = *run;
+    }
+    let mut reply = of_kind("application/json", list(page));
+    let next = HeaderValue::from_str(&format!("</api/runs?after={last}>; rel=\"next\""));
+    if let (true, Ok(next)) = (more, next) {
+        reply.headers_mut().insert(LINK, next);
+    }
+    reply
 }
 
 async fn workers(State(sources): State<Sources>) -> WebReply {
-    json(&*sources.feed.now().workers)
+    of_kind("application/json", sources.feed.now().workers.json.clone())
 }
 
 /// A run by itself, with the files that can be fetched. Its texts are cut as in the list of all.
@@ -157,12 +179,13 @@ async fn report(State(sources): State<Sources>, Path(run): Path<String>) -> WebR
         Err(reply) => return *reply,
     };
     let Some((view, _)) = sources.feed.run(run) else { return no_run(run) };
-    let reports = Arc::clone(&sources.reports);
-    match spawn_blocking(move || reports.page(&view)).await {
-        Ok(Ok(page)) => guarded(of_file("text/html; charset=utf-8", page), REPORT_POLICY),
-        Ok(Err(no @ NoReport::Unfinished { .. })) => missing(format!("{no}\n")),
-        Ok(Err(no)) => plain(StatusCode::UNPROCESSABLE_ENTITY, format!("{no}\n")),
-        Err(error) => plain(StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")),
+    match sources.reports.page(view).await {
+        Ok(page) => guarded(of_file("text/html; charset=utf-8", page), REPORT_POLICY),
+        Err(no @ NoReport::Unfinished { .. }) => missing(format!("{no}\n")),
+        Err(no @ NoReport::Busy { .. }) => {
+            plain(StatusCode::SERVICE_UNAVAILABLE, format!("{no}\n"))
+        }
+        Err(no) => plain(StatusCode::UNPROCESSABLE_ENTITY, format!("{no}\n")),
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::feed::Feed;
 use crate::headers::{guard, is_this_machine};
 use crate::pictures::{Illustrator, PictureThreads};
-use crate::reports::Reports;
+use crate::reports::{ReportQueue, Reports};
 use crate::routes::{Sources, routes};
 use crate::server::{Answer, Caller, HttpServer, ServerSetup, plain};
 use crate::tls::Acceptor;
@@ -93,7 +93,8 @@ impl Website {
         let reports = Arc::new(Reports::new(Arc::clone(&illustrator)).map_err(failed)?);
         let tls = identity.as_ref().map(|who| Acceptor::new(&who.folder)).transpose();
         let tls = tls.map_err(unserved)?;
-        let router = routes(Sources { feed: feed.clone(), reports: Arc::clone(&reports) });
+        let queue = ReportQueue::start(Arc::clone(&reports)).map_err(failed)?;
+        let router = routes(Sources { feed: feed.clone(), reports: queue });
         let watchers = identity.map(|who| who.watchers);
         let answer = move |mut request: Request<Body>, caller: Caller| -> Answer {
             if let Err((status, text)) = admit(&request, &caller, watchers.as_ref()) {

@@ -1,5 +1,7 @@
 //! The page over real sockets: what is answered, what is refused, what watchers get.
 
+mod load;
+
 use crate::{FarmNews, Feed, Illustrator, RunNews, WebConfig, WebError, Website};
 use cullet_proto::service::{FileInfo, JobCounts, Position, RunInfo, State, WorkerInfo};
 use serde_json::Value;

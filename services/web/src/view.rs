@@ -1,17 +1,22 @@
 //! What the page shows of a farm at a moment.
 
+use axum::body::Bytes;
 use cullet_proto::service::{FileInfo, RunInfo, WorkerInfo};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Longest text of a run \[bytes\], most of its overrides, and the longest of them \[bytes\]. What
-/// is cut ends with [`CUT`]; the protocol has the whole.
+/// Longest text of a run, most of its overrides, the longest of them and of other texts. Bytes are
+/// those that a text has in JSON, where a control character has six. What is cut ends with [`CUT`];
+/// the protocol has the whole.
 const MAX_TEXT: usize = 600;
 const MAX_OVERRIDES: usize = 12;
 const MAX_OVERRIDE: usize = 150;
+const MAX_WORD: usize = 400;
 const CUT: &str = "…";
+/// Most bytes of JSON of all workers that are shown.
+const MAX_WORKERS: usize = 1 << 20;
 
 /// What the owner of a farm knows of it, as it is published.
 #[derive(Clone, Debug, Default)]
@@ -49,20 +54,18 @@ pub struct RunNews {
     pub line: String,
 }
 
-/// A farm at a moment, as watchers get it.
-#[derive(Clone, Debug, Default, Serialize)]
+/// A farm at a moment, as watchers get it. All of them share one, with the JSON of its runs and
+/// workers, which is made once.
+#[derive(Clone, Debug, Default)]
 pub struct FarmView {
     /// What changes all the time.
-    #[serde(flatten)]
     pub(crate) clock: ClockView,
     /// Whether it is about to end.
     pub(crate) leaving: bool,
     /// Every run by its number.
-    #[serde(serialize_with = "values")]
     pub(crate) runs: BTreeMap<u64, Arc<RunView>>,
-    /// Every worker, by name.
-    #[serde(serialize_with = "inner")]
-    pub(crate) workers: Arc<Vec<WorkerView>>,
+    /// The workers, by name.
+    pub(crate) workers: Arc<WorkerViews>,
 }
 
 /// The part of a farm that is different at each look.
@@ -96,6 +99,9 @@ pub struct RunView {
     pub(crate) folder: Option<PathBuf>,
     #[serde(skip)]
     pub(crate) files: Vec<FileInfo>,
+    /// All of it that is shown, as JSON.
+    #[serde(skip)]
+    pub(crate) json: Bytes,
 }
 
 /// What a run came to: part of its `summary.json`.
@@ -130,6 +136,39 @@ pub struct WorkerView {
     pub(crate) gone_ms: Option<u64>,
 }
 
+/// Workers, as watchers get them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct WorkerViews {
+    pub(crate) all: Vec<WorkerView>,
+    /// The same as JSON.
+    pub(crate) json: Bytes,
+}
+
+impl Default for WorkerViews {
+    fn default() -> Self {
+        Self::new(Vec::new())
+    }
+}
+
+impl WorkerViews {
+    /// As many as have room; those that are there come before those that are gone.
+    pub(crate) fn new(mut all: Vec<WorkerView>) -> Self {
+        all.sort_by_key(|worker| worker.gone_ms.is_some());
+        let mut bytes = 0;
+        let size = |worker: &WorkerView| serde_json::to_vec(worker).map_or(0, |text| text.len());
+        let room = all.iter().take_while(|worker| {
+            bytes += size(worker);
+            bytes <= MAX_WORKERS
+        });
+        let count = room.count();
+        all.truncate(count);
+        let key = |worker: &WorkerView| (worker.info.name.clone(), worker.info.session.clone());
+        all.sort_by_cached_key(key);
+        let json = serde_json::to_vec(&all).unwrap_or_else(|_| b"[]".to_vec()).into();
+        Self { all, json }
+    }
+}
+
 /// The bytes of a picture.
 pub(crate) type Png = Arc<Vec<u8>>;
 
@@ -150,7 +189,7 @@ pub(crate) const RECORDING: &str = "run.mcap";
 
 impl RunView {
     pub(crate) fn new(news: RunNews, extras: Option<&RunExtras>) -> Self {
-        let RunNews { mut info, folder, line } = news;
+        let RunNews { mut info, folder, mut line } = news;
         let files = std::mem::take(&mut info.files);
         let has = |name: &str| files.iter().any(|file| file.name == name);
         let extras = extras.filter(|extras| extras.of == (info.attempt, info.ended_ms));
@@ -162,33 +201,50 @@ impl RunView {
         let figures = extras.and_then(|extras| extras.figures.clone());
         info.ticket.clear();
         cut(&mut info.text, MAX_TEXT);
+        for text in [&mut info.name, &mut info.sweep, &mut line] {
+            cut(text, MAX_WORD);
+        }
         info.overrides.iter_mut().for_each(|text| cut(text, MAX_OVERRIDE));
         if info.overrides.len() > MAX_OVERRIDES {
             info.overrides.truncate(MAX_OVERRIDES - 1);
             info.overrides.push(CUT.to_owned());
         }
-        Self { info, line, figures, picture, report, folder, files }
+        let json = Bytes::new();
+        let mut view = Self { info, line, figures, picture, report, folder, files, json };
+        view.json = serde_json::to_vec(&view).unwrap_or_else(|_| b"null".to_vec()).into();
+        view
     }
 }
 
-/// Cuts a text to that many bytes, and marks the cut.
+/// Cuts a text to that many bytes of JSON, and marks the cut.
 fn cut(text: &mut String, most: usize) {
-    if text.len() > most {
-        text.truncate(text.floor_char_boundary(most - CUT.len()));
-        text.push_str(CUT);
+    let (mut bytes, mut end) = (0, 0);
+    for (at, c) in text.char_indices() {
+        if bytes <= most - CUT.len() {
+            end = at;
+        }
+        bytes += match c {
+            '"' | '\\' | '\n' | '\r' | '\t' | '\u{8}' | '\u{c}' => 2,
+            '\0'..' ' => 6,
+            _ => c.len_utf8(),
+        };
+        if bytes > most {
+            text.truncate(end);
+            text.push_str(CUT);
+            return;
+        }
     }
 }
 
-fn values<S: serde::Serializer>(
-    runs: &BTreeMap<u64, Arc<RunView>>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(runs.values().map(|run| &**run))
-}
-
-fn inner<S: serde::Serializer>(
-    workers: &Arc<Vec<WorkerView>>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    workers.as_slice().serialize(serializer)
+/// JSON of several things in one list, of which each is JSON.
+pub(crate) fn list<'a>(all: impl IntoIterator<Item = &'a Bytes>) -> Vec<u8> {
+    let mut text = vec![b'['];
+    for (at, one) in all.into_iter().enumerate() {
+        if at > 0 {
+            text.push(b',');
+        }
+        text.extend_from_slice(one);
+    }
+    text.push(b']');
+    text
 }

@@ -111,8 +111,8 @@ impl Talker {
                 };
                 let (job, epoch) = (JobId(job.0), cullet_proto::Epoch(epoch.0));
                 let fail = pool::Fail { session, job, epoch, trouble, text };
-                let said = self.line.ask::<_, Acknowledged>(WorkerVerb::Fail, &fail, &[]);
-                said.map(|_| TalkerResult::of(WorkerInput::Noted))
+                let ask = || self.line.ask::<_, Acknowledged>(WorkerVerb::Fail, &fail, &[]);
+                self.again(ask).map(|_| TalkerResult::of(WorkerInput::Noted))
             }
             Question::Bye => {
                 let said =

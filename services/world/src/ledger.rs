@@ -31,6 +31,10 @@ pub struct Totals {
     pub removed_momentum: Vec3,
     /// Kinetic and potential energy that it had \[J\].
     pub removed_energy: f64,
+    /// Momentum of bodies when they fell asleep, which stops them \[N·s\].
+    pub slept_momentum: Vec3,
+    /// Kinetic energy that they had then \[J\].
+    pub slept_energy: f64,
 }
 
 /// What came in and went out beside contacts between bodies that move.
@@ -42,6 +46,8 @@ pub(crate) struct Flows {
     pub(crate) removed_mass: f64,
     pub(crate) removed_momentum: Vec3,
     pub(crate) removed_energy: f64,
+    pub(crate) slept_momentum: Vec3,
+    pub(crate) slept_energy: f64,
 }
 
 impl Default for Flows {
@@ -53,6 +59,8 @@ impl Default for Flows {
             removed_mass: 0.0,
             removed_momentum: Vec3::zeros(),
             removed_energy: 0.0,
+            slept_momentum: Vec3::zeros(),
+            slept_energy: 0.0,
         }
     }
 }

@@ -73,6 +73,7 @@ pub use material::ContactMaterial;
 pub use measure::BodyMeasure;
 pub use path::{Keyframe, KeyframedPath, PathError, PathInterpolation};
 pub use placed_motion::PlacedMotion;
+pub use places::Pressed;
 pub use replace::{Breakage, Replacement};
 pub use reshape::Reshape;
 pub use rigid::hulls_overlap;

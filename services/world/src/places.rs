@@ -35,6 +35,34 @@ pub(crate) fn sunk(world: &WorldState) -> Vec<String> {
     overlaps(world).into_iter().filter_map(describe).collect()
 }
 
+/// [`crate::World::pressed`].
+pub(crate) fn pressed(world: &WorldState) -> Option<Pressed<'_>> {
+    let driven = world.bodies.iter().filter(|(_, body)| body.driven.is_some());
+    driven
+        .flat_map(|(&press, by)| {
+            let found = world.rigid.depths(press).into_iter();
+            found.filter_map(move |(id, depth)| {
+                let body = world.bodies.get(&id)?;
+                let share = depth / libm::cbrt(body.volume);
+                (share > SUNK).then_some(Pressed { body: &body.name, by: &by.name, depth, share })
+            })
+        })
+        .next()
+}
+
+/// A body that something driven has gone into.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pressed<'a> {
+    /// Its name.
+    pub body: &'a str,
+    /// What is driven.
+    pub by: &'a str,
+    /// How deep \[m\].
+    pub depth: f64,
+    /// That over its size, the cube root of its volume \[1\].
+    pub share: f64,
+}
+
 /// Whether bodies go where their velocities take them (F42).
 pub(crate) fn check_places(world: &mut WorldState) -> Result<(), WorldError> {
     let (bodies, step) = (&world.bodies, world.settings.step);

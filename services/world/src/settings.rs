@@ -42,8 +42,6 @@ pub struct WorldSettings {
     pub iterations: usize,
     /// Damping of slow fragments below [`Tiers::large`], so that heaps come to rest \[1/s\].
     pub debris_damping: f64,
-    /// Speed below which a body may fall asleep \[m/s\].
-    pub sleep_speed: f64,
 }
 
 impl Default for WorldSettings {
@@ -61,7 +59,6 @@ impl Default for WorldSettings {
             length_unit: 0.1,
             iterations: 8,
             debris_damping: 0.5,
-            sleep_speed: 0.02,
         }
     }
 }
@@ -86,7 +83,6 @@ impl WorldSettings {
             ("length_unit [m]", self.length_unit, 1e-4, 1e4),
             ("iterations", self.iterations as f64, 1.0, 256.0),
             ("debris_damping [1/s]", self.debris_damping, 0.0, 1e3),
-            ("sleep_speed [m/s]", self.sleep_speed, 0.0, 1e3),
         ];
         for (what, value, low, high) in rows {
             if !(low..=high).contains(&value) {

@@ -1,6 +1,7 @@
 //! One step of the world: the engine moves the bodies, contacts become hits.
 
 use crate::body::Body;
+use crate::cluster::Part;
 use crate::episode::Episode;
 use crate::error::WorldError;
 use crate::exchange::{Received, received, rest, sums};
@@ -24,6 +25,7 @@ pub(crate) fn step(world: &mut WorldState) -> Result<Vec<Hit>, WorldError> {
     let received = received_over_step(world, &contacts, &loads);
     follow(world, &contacts, &received, start);
     book(world, &contacts, &received, work);
+    book_sleep(world);
     see_who_settles(world);
     let settings = &world.settings;
     let over = world.episodes.take_over(world.time(), settings.resting_speed, settings.episode);
@@ -141,6 +143,18 @@ fn book(
         world.flows.field_impulse += impulse;
     }
     world.last_fields = std::mem::take(&mut world.fields);
+}
+
+/// Books what bodies had that fell asleep over the step: the engine stops them.
+fn book_sleep(world: &mut WorldState) {
+    let (rigid, flows) = (&world.rigid, &mut world.flows);
+    for (&id, body) in world.bodies.iter().filter(|(_, body)| !body.immovable()) {
+        let Some(before) = rigid.before(id).filter(|_| rigid.sleeping(id)) else { continue };
+        // What slept before the step had nothing.
+        let part = Part::new(body, before);
+        flows.slept_momentum += part.momentum();
+        flows.slept_energy += part.kinetic();
+    }
 }
 
 /// The hits of a finished episode: none, or one a body that may break and whose threshold it

@@ -10,7 +10,7 @@ use crate::impact::Hit;
 use crate::ledger::Totals;
 use crate::measure::BodyMeasure;
 use crate::motion::Motion;
-use crate::places::{overlaps, sunk};
+use crate::places::{Pressed, overlaps, pressed, sunk};
 use crate::replace::{Breakage, Replacement, break_up};
 use crate::reshape::{Reshape, reshape};
 use crate::rigid::{BadPart, Fit, Shape};
@@ -194,6 +194,8 @@ impl World {
             removed_mass: self.state.flows.removed_mass,
             removed_momentum: self.state.flows.removed_momentum,
             removed_energy: self.state.flows.removed_energy,
+            slept_momentum: self.state.flows.slept_momentum,
+            slept_energy: self.state.flows.slept_energy,
         }
     }
 
@@ -325,6 +327,13 @@ impl World {
     #[must_use]
     pub fn overlaps(&self) -> Vec<(BodyId, BodyId, f64)> {
         overlaps(&self.state)
+    }
+
+    /// A body into which something driven has gone deeper than a fiftieth of its size, by the
+    /// contacts of the last step.
+    #[must_use]
+    pub fn pressed(&self) -> Option<Pressed<'_>> {
+        pressed(&self.state)
     }
 
     /// Bodies that lie sunk into others more than 200 times as heavy, deeper than a fiftieth of

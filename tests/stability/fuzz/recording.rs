@@ -105,9 +105,14 @@ fn recovery() {
         match timed("a recovery", || recover(&from, &to)) {
             Ok(saved) => {
                 assert!(saved.lost_bytes <= bytes.len() as u64);
-                let again = recover(&to, &place("again.mcap")).expect("what was saved is whole");
-                assert!(again.complete && again.damaged == 0, "{again}");
-                assert_eq!(again.messages, saved.messages);
+                let again = recover(&to, &place("again.mcap"));
+                // Of one that is cut off at its very beginning nothing is left.
+                if saved.messages + saved.attachments > 0 || again.is_ok() {
+                    let again = again.expect("what was saved is whole");
+                    assert!(again.damaged == 0, "{again}");
+                    assert_eq!(again.complete, saved.holes.is_empty(), "{again}");
+                    assert_eq!(again.messages, saved.messages);
+                }
             }
             Err(error) => assert!(error.to_string().contains("fuzz-damaged.mcap"), "{error}"),
         }

@@ -69,9 +69,9 @@ fn has_place(errors: &SceneErrors, text: &[u8]) {
     assert!(!errors.errors.is_empty());
     for error in &errors.errors {
         assert!(!error.message.is_empty());
-        let placed = error.place.is_some() || error.message.contains("no text in TOML");
+        let placed = error.origin.is_some() || error.message.contains("no text in TOML");
         assert!(placed, "no place: {}\n{}", error.message, String::from_utf8_lossy(text));
-        if let Some(place) = &error.place {
+        if let Some(place) = error.place() {
             assert!(place.line > 0 && place.column > 0 && place.width > 0);
         }
     }

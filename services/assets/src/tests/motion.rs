@@ -14,6 +14,14 @@ const NODES: [&str; 3] = [
     r#""name":"hook","translation":[0,3,0],"scale":[1,2,1],"mesh":0"#,
 ];
 
+fn motion_of(
+    bytes: &[u8],
+    animation: Option<&str>,
+    node: &str,
+) -> Result<NodeMotion, MotionFileError> {
+    node_motion(bytes, &mut |_| None, animation, node)
+}
+
 fn channel(
     node: usize,
     path: &'static str,
@@ -57,7 +65,7 @@ fn file(channels: &[GlbChannel], more: &str) -> Vec<u8> {
 }
 
 fn motion(node: &str) -> NodeMotion {
-    node_motion(&file(&channels(), ""), Some("Swing"), node).unwrap_or_else(|why| panic!("{why}"))
+    motion_of(&file(&channels(), ""), Some("Swing"), node).unwrap_or_else(|why| panic!("{why}"))
 }
 
 /// The poses worked out with matrices, from the numbers that the file has.
@@ -98,7 +106,7 @@ fn poses_are_those_of_the_file() {
 fn a_step_that_changes_nothing_is_taken_and_any_other_is_not() {
     let step = |values: &[f32]| {
         let moved = channel(2, "translation", "STEP", &[0.0, 1.0], values);
-        node_motion(&file(&[moved], ""), Some("Swing"), "hook")
+        motion_of(&file(&[moved], ""), Some("Swing"), "hook")
     };
     let still = step(&[0.0, 3.0, 0.0, 0.0, 3.0, 0.0]).expect("it stands still");
     assert_eq!(still.motion.at(0.5), still.motion.rest);
@@ -107,7 +115,7 @@ fn a_step_that_changes_nothing_is_taken_and_any_other_is_not() {
 }
 
 fn refusal(channels: &[GlbChannel], more: &str, name: Option<&str>, node: &str) -> String {
-    node_motion(&file(channels, more), name, node).expect_err("it is refused").to_string()
+    motion_of(&file(channels, more), name, node).expect_err("it is refused").to_string()
 }
 
 #[test]
@@ -124,13 +132,13 @@ fn what_there_is_none_of_is_said_with_what_there_is() {
     let wanted = "moves neither \"arm\" nor a node that it hangs on; it moves \"hook\"";
     assert!(said.contains(wanted), "{said}");
     let none = animated_glb(&NODES, ([0.0; 3], [1.0; 3]), &[], &[], "");
-    let said = node_motion(&none, None, "arm").expect_err("none").to_string();
+    let said = motion_of(&none, None, "arm").expect_err("none").to_string();
     assert_eq!(said, "the file has no animations");
     let twins = [r#""name":"a","children":[1]"#, r#""name":"a""#];
     let twins = animated_glb(&twins, ([0.0; 3], [1.0; 3]), &["Swing"], &[], "");
-    let said = node_motion(&twins, None, "a").expect_err("two").to_string();
+    let said = motion_of(&twins, None, "a").expect_err("two").to_string();
     assert_eq!(said, "2 nodes are called \"a\"; a name must be that of one");
-    assert!(matches!(node_motion(b"glTF", None, "a"), Err(MotionFileError::File(_))));
+    assert!(matches!(motion_of(b"glTF", None, "a"), Err(MotionFileError::File(_))));
 }
 
 #[test]
@@ -141,7 +149,7 @@ fn what_no_rigid_body_does_is_refused() {
     assert!(refusal(&grown, "", name, "hook").contains("\"base\" is scaled by the animation"));
     let weights = with(channel(2, "weights", "LINEAR", &[0.0], &[0.5]));
     assert!(refusal(&weights, "", name, "hook").contains("\"hook\" has shape keys"));
-    assert!(node_motion(&file(&weights, ""), name, "arm").is_ok(), "what hangs on it has them");
+    assert!(motion_of(&file(&weights, ""), name, "arm").is_ok(), "what hangs on it has them");
     let turns = [[0.0, 0.0, 0.0, 1.0], [0.0, 2.0, 0.0, 0.0]].concat();
     let long = with(channel(1, "rotation", "LINEAR", &[0.0, 1.0], &turns));
     let said = refusal(&long, "", name, "arm");
@@ -158,16 +166,16 @@ fn what_no_rigid_body_does_is_refused() {
     nodes[2] = r#""name":"hook","mesh":0,"skin":0"#;
     let skin = r#""skins":[{"joints":[1]}]"#;
     let file = animated_glb(&nodes, ([0.0; 3], [1.0; 3]), &["Swing"], &channels()[..2], skin);
-    assert!(node_motion(&file, name, "arm").is_ok(), "the bone");
-    let said = node_motion(&file, name, "hook").expect_err("the mesh").to_string();
+    assert!(motion_of(&file, name, "arm").is_ok(), "the bone");
+    let said = motion_of(&file, name, "hook").expect_err("the mesh").to_string();
     assert!(said.contains("\"hook\" is deformed by bones"), "{said}");
     // What hangs on an uneven scale is sheared; the node itself may have one.
     nodes[1] = r#""name":"arm","children":[2],"scale":[1,3,1],"mesh":0"#;
     let file = animated_glb(&nodes, ([0.0; 3], [1.0; 3]), &["Swing"], &channels()[..2], skin);
-    assert!(node_motion(&file, name, "arm").is_ok());
+    assert!(motion_of(&file, name, "arm").is_ok());
     nodes[2] = r#""name":"hook","mesh":0"#;
     let file = animated_glb(&nodes, ([0.0; 3], [1.0; 3]), &["Swing"], &channels()[..2], "");
-    let said = node_motion(&file, name, "hook").expect_err("sheared").to_string();
+    let said = motion_of(&file, name, "hook").expect_err("sheared").to_string();
     assert!(said.contains("\"arm\" is scaled unevenly"), "{said}");
 }
 
@@ -177,20 +185,24 @@ fn counts_of_sparse_accessors_are_bounded() {
     let whole = file(&channels()[1..2], "");
     let length = u32::from_le_bytes(whole[12..16].try_into().expect("four")) as usize;
     let json = std::str::from_utf8(&whole[20..20 + length]).expect("text");
-    let with = |view: usize, count: usize| {
+    let with = |view: usize, count: usize, named: u64| {
         let from = format!("\"bufferView\":{view},\"componentType\":5126,\"count\":{count},");
-        let to = "\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":1,\"componentType\":5125},\
-                  \"values\":{\"bufferView\":2}},\"componentType\":5126,\"count\":1000000000000,";
+        let to = format!(
+            "\"sparse\":{{\"count\":1,\"indices\":{{\"bufferView\":1,\"componentType\":5125}},\
+             \"values\":{{\"bufferView\":2}}}},\"componentType\":5126,\"count\":{named},"
+        );
         assert!(json.contains(&from), "{json}");
-        packed(json.replace(&from, to), whole[28 + length..].to_vec())
+        packed(json.replace(&from, &to), whole[28 + length..].to_vec())
     };
     let said =
-        |bytes: &[u8]| node_motion(bytes, Some("Swing"), "base").expect_err("too many").to_string();
-    assert!(said(&with(1, 2)).contains("have 1000000000000 keys; at most 100000 are read"));
-    let values = said(&with(2, 2));
-    assert!(values.contains("there are 2 times, but 1000000000000 values"), "{values}");
-    let corners = super::super::read("a.glb", &with(0, 36)).expect_err("too many").to_string();
-    assert!(corners.contains("name 1000000000000 values"), "{corners}");
+        |bytes: &[u8]| motion_of(bytes, Some("Swing"), "base").expect_err("too many").to_string();
+    assert!(said(&with(1, 2, 1_000_000)).contains("have 1000000 keys; at most 100000 are read"));
+    let values = said(&with(2, 2, 1_000_000));
+    assert!(values.contains("there are 2 times, but 1000000 values"), "{values}");
+    let most = "name 1000000000000 values; at most 12000000 are read";
+    assert!(said(&with(1, 2, 1_000_000_000_000)).contains(most));
+    let corners = super::super::read("a.glb", &with(0, 36, 1_000_000_000_000));
+    assert!(corners.expect_err("too many").to_string().contains(most));
 }
 
 #[test]
@@ -199,7 +211,7 @@ fn a_scale_that_swings_between_its_keys_is_refused() {
         let key = [[slope; 3], [2.0; 3], [slope; 3]].concat();
         let swings = channel(0, "scale", "CUBICSPLINE", &[0.0, 1.0], &[&key[..], &key].concat());
         let all = [channels(), vec![swings]].concat();
-        node_motion(&file(&all, ""), Some("Swing"), "base")
+        motion_of(&file(&all, ""), Some("Swing"), "base")
     };
     assert!(scale(1e-6).is_ok());
     let said = scale(1.0).expect_err("it swings").to_string();
@@ -210,12 +222,12 @@ fn a_scale_that_swings_between_its_keys_is_refused() {
 fn no_bytes_make_the_reader_panic() {
     let whole = file(&channels(), "");
     for length in (0..whole.len()).step_by(7) {
-        assert!(node_motion(&whole[..length], Some("Swing"), "hook").is_err(), "{length} bytes");
+        assert!(motion_of(&whole[..length], Some("Swing"), "hook").is_err(), "{length} bytes");
     }
     for place in (0..whole.len()).step_by(3) {
         let mut bytes = whole.clone();
         bytes[place] ^= 0x15;
         // Whatever it says, it says it.
-        let _ = node_motion(&bytes, Some("Swing"), "hook");
+        let _ = motion_of(&bytes, Some("Swing"), "hook");
     }
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 mod glb;
 
 fn surface(name: &str, bytes: &[u8]) -> SurfaceAttributes {
-    let surface = read_surface(name, bytes, &mut |_| None).expect("reads");
+    let surface = read_surface(name, bytes, &mut |_| None).expect("reads").surface;
     surface.validate().expect("is sound");
     surface
 }
@@ -36,7 +36,7 @@ fn an_obj_has_texture_coordinates_normals_materials_and_objects() {
         asked.push(name.to_owned());
         Some(Arc::new(library.as_bytes().to_vec()))
     };
-    let read = read_surface("t.obj", OBJ.as_bytes(), &mut beside).expect("reads");
+    let read = read_surface("t.obj", OBJ.as_bytes(), &mut beside).expect("reads").surface;
     read.validate().expect("is sound");
     assert_eq!(asked, ["t.mtl"]);
     assert_eq!(read.mesh, super::super::read("t.obj", OBJ.as_bytes()).expect("reads"));
@@ -61,19 +61,18 @@ fn an_obj_has_texture_coordinates_normals_materials_and_objects() {
 fn a_broken_material_library_leaves_the_names() {
     for library in ["newmtl oak\nKd 0.5\n", "newmtl \n", "Kd x y z\n", "\u{0}\u{1}"] {
         let mut beside = |_: &str| Some(Arc::new(library.as_bytes().to_vec()));
-        let read = read_surface("t.obj", OBJ.as_bytes(), &mut beside).expect("reads");
+        let read = read_surface("t.obj", OBJ.as_bytes(), &mut beside).expect("reads").surface;
         assert_eq!(read.materials[0].name, "oak", "{library:?}");
     }
 }
 
-/// Faces may name corners below them as long as no material comes in between: they still read, and
-/// say nothing of materials.
+/// Faces may name corners below them.
 #[test]
-fn faces_above_their_corners_read_as_before() {
+fn faces_above_their_corners_are_read() {
     let text = "usemtl a\nf 1 3 2\nf 1 2 4\nusemtl b\nf 2 3 4\nf 3 1 4\n\
                 v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
     let read = surface("t.obj", text.as_bytes());
-    assert_eq!((read.mesh.triangles.len(), read.materials.len()), (4, 0));
+    assert_eq!((read.mesh.triangles.len(), read.materials.len()), (4, 2));
 }
 
 fn tetrahedron(material: Option<usize>, extras: bool) -> Primitive {

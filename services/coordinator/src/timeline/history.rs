@@ -7,7 +7,7 @@
 
 use super::{Attempts, JobAttempt, JobFate, JobTimes, Timeline};
 use crate::reach::seen;
-use cullet_files::state;
+use cullet_files::{regular, state};
 use cullet_proto::verdict;
 use serde::{Deserialize, Serialize};
 use std::cell::{Cell, RefCell};
@@ -59,7 +59,7 @@ impl RunHistory {
     /// before \[ms since 1970\].
     pub(crate) fn begin(folder: &Path, attempt: u32, now: u64, seen: Option<u64>) -> Self {
         let path = folder.join(NAME);
-        let file = state::options().append(true).create(true).open(&path);
+        let file = regular::open_with(state::options().append(true).create(true), &path);
         let file = file.and_then(|file| Ok((file.metadata()?.len(), file)));
         let file = file.map(|(length, file)| (file, length));
         let file = file.inspect_err(|error| tracing::warn!("{}: {error}", path.display())).ok();
@@ -221,7 +221,7 @@ fn parse(line: &str) -> Option<TimelineLine> {
 /// What the file has, as far as it can be read.
 fn read(path: &Path) -> String {
     let mut text = Vec::new();
-    let read = File::open(path).and_then(|f| f.take(MOST + 2 * EDGES).read_to_end(&mut text));
+    let read = regular::open(path).and_then(|f| f.take(MOST + 2 * EDGES).read_to_end(&mut text));
     if let Err(error) = read {
         tracing::warn!("{}: {error}", path.display());
     }

@@ -18,12 +18,12 @@ use std::time::{Duration, Instant};
 use zenoh::Wait;
 
 /// Longest wait for anything.
-const BOUND: Duration = Duration::from_secs(20);
+pub(crate) const BOUND: Duration = Duration::from_secs(20);
 /// Most memory of the whole process after all of it \[KiB\].
 const MOST: u64 = 2 << 20;
 
 /// A coordinator in this process, and a client that keeps to nothing.
-struct Farm {
+pub(crate) struct Farm {
     folder: Option<tempfile::TempDir>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -42,10 +42,19 @@ impl Farm {
     }
 
     /// In a folder that may have had another.
-    fn at(folder: tempfile::TempDir, config: ServiceConfig) -> Self {
+    pub(crate) fn at(folder: tempfile::TempDir, config: ServiceConfig) -> Self {
         let place = folder.path().join("inner/state");
+        Self::open(folder, Some(&place), config)
+    }
+
+    /// `place`: the state folder; without one the folder has only the recordings.
+    pub(crate) fn open(
+        folder: tempfile::TempDir,
+        place: Option<&Path>,
+        config: ServiceConfig,
+    ) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let store = Store::open(Some(&place)).expect("a state folder");
+        let store = Store::open(place).expect("a state folder");
         let pool = Pool::start(PoolConfig::default()).expect("a pool on loopback");
         let endpoint = [pool.endpoint().to_owned()];
         let told = Arc::clone(&stop);
@@ -61,16 +70,26 @@ impl Farm {
     }
 
     /// Ends it, and leaves its folder.
-    fn end(mut self) -> tempfile::TempDir {
+    pub(crate) fn end(mut self) -> tempfile::TempDir {
         self.folder.take().expect("a folder")
     }
 
-    fn place(&self) -> &Path {
+    /// Asks it to stop, and does not wait for it.
+    pub(crate) fn ask_to_stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it has ended.
+    pub(crate) fn has_ended(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    pub(crate) fn place(&self) -> &Path {
         self.folder.as_ref().expect("a folder").path()
     }
 
     /// The answer, or why there is none.
-    fn ask(&self, verb: UserVerb, bytes: &[u8]) -> Result<Vec<u8>, String> {
+    pub(crate) fn ask(&self, verb: UserVerb, bytes: &[u8]) -> Result<Vec<u8>, String> {
         self.ask_as("mallory", verb, bytes)
     }
 
@@ -138,12 +157,12 @@ fn bundle(name: &str, files: &[(&str, &[u8])]) -> Vec<u8> {
     seal(&table, &bulk).expect("a bundle")
 }
 
-fn submission(ticket: &str, name: &str, files: &[(&str, &[u8])]) -> Vec<u8> {
+pub(crate) fn submission(ticket: &str, name: &str, files: &[(&str, &[u8])]) -> Vec<u8> {
     let submit = Submit { ticket: ticket.to_owned(), ..Submit::default() };
     seal(&submit, &bundle(name, files)).expect("a submission")
 }
 
-const SCENE: &str = "scene/scene.toml";
+pub(crate) const SCENE: &str = "scene/scene.toml";
 const PLAIN: &[u8] = b"[world]\nduration = 0.1\n";
 /// One that comes to its end without breaking anything.
 const FALLING: &[u8] =
@@ -271,7 +290,17 @@ fn scenes() -> Vec<(&'static str, Vec<u8>, Vec<NamedFile>)> {
         let shape = format!("shape = {{ kind = \"box\", size = {size} }}\n");
         format!("[world]\nduration = 0.1\n{text}{shape}").into_bytes()
     };
+    let fan = |next: &str| format!("include = [{}]\n", vec![format!("{next:?}"); 64].join(", "));
+    let layers = ["1", "2", "3", "4", "5", "6", "7", "8"];
+    let keys = ["scene/1", "scene/2", "scene/3", "scene/4", "scene/5", "scene/6", "scene/7"];
+    let mut fans: Vec<NamedFile> =
+        keys.iter().zip(&layers[1..]).map(|(key, next)| (*key, fan(next).into_bytes())).collect();
+    fans.push(("scene/8", b"# the end\n".to_vec()));
+    let typos: String =
+        (0..20_000).map(|n| format!("[[body]]\nname = \"b{n}\"\nmateriel = 1\n")).collect();
     vec![
+        ("fans", fan("1").into_bytes(), fans),
+        ("typos", typos.into_bytes(), vec![]),
         ("outside", meshed("../../../../../../etc/passwd"), vec![]),
         ("absolute", meshed("/etc/passwd"), vec![]),
         ("device", meshed("/dev/zero"), vec![]),

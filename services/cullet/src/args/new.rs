@@ -11,7 +11,8 @@ pub(crate) struct New {
     /// Copy the shipped scene of this name, with all its files; `cullet scenes` lists them
     #[arg(long, value_name = "SCENE")]
     pub(crate) from: Option<String>,
-    /// Copy this mesh (.obj, .stl, .ply or .glb) and make a scene in which it falls onto a floor
+    /// Copy this mesh (.obj, .stl, .ply, .glb or .gltf) and make a scene in which it falls onto a
+    /// floor
     #[arg(long, value_name = "FILE", conflicts_with = "from")]
     pub(crate) mesh: Option<PathBuf>,
 }

@@ -110,8 +110,10 @@ impl RowRun {
         }
         let Ok(recording) = Recording::open(&file) else { return Self::Missing };
         let had = recording.attachments.get(OVERRIDES).map(|text| String::from_utf8_lossy(text));
+        // What is missing may be the values with which it was made.
+        let unknown = had.is_none() && !recording.holes.is_empty();
         let had = had.unwrap_or_default();
-        if !is_of(&had, overrides) {
+        if !unknown && !is_of(&had, overrides) {
             let (row, run) = (overrides.join(", "), had.replace('\n', ", "));
             let number = folder.file_name().unwrap_or_default().display();
             let folder = folder.display();
@@ -121,6 +123,11 @@ impl RowRun {
             logs::warn(format!("the row: {}; the run: {}", shown(&row), shown(&run)));
             logs::warn(format!("--only {number} --replace makes it anew"));
             return Self::Other;
+        }
+        if !recording.holes.is_empty() {
+            let (folder, missing) = (folder.display(), recording.holes.to_string());
+            logs::warn(format!("the recording in {folder} has holes: {}", shown(&missing)));
+            return Self::There(Exit::File);
         }
         let told = recording.events.iter().filter(|event| event.kind() == EventKind::Expectation);
         let held: Vec<bool> = told.map(|event| event.held).collect();
@@ -157,7 +164,27 @@ fn is_of(had: &str, overrides: &[String]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::is_of;
+    use super::{Exit, OVERRIDES, RowRun, is_of};
+    use cullet_record::synthetic;
+
+    /// A damaged part may be the one that says with which values a run was made.
+    #[test]
+    fn a_run_whose_values_are_damaged_is_damaged_and_not_of_another_row() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let (file, set) = (dir.path().join("run.mcap"), "world.seed=6".to_owned());
+        let files = vec![(OVERRIDES.to_owned(), set.clone().into_bytes())];
+        let meta = cullet_record::RunMeta { files, ..synthetic::meta() };
+        synthetic::run(&file, &meta).expect("records");
+        std::fs::write(dir.path().join("summary.json"), "{}").expect("writes");
+        let of = |set: &str| RowRun::of(dir.path(), &[set.to_owned()]);
+        assert!(matches!(of(&set), RowRun::There(Exit::Done | Exit::Unmet | Exit::Interrupted)));
+        assert!(matches!(of("world.seed=7"), RowRun::Other));
+        let mut bytes = std::fs::read(&file).expect("reads");
+        let at = bytes.windows(set.len()).position(|part| part == set.as_bytes());
+        bytes[at.expect("it is attached")] ^= 1;
+        std::fs::write(&file, bytes).expect("writes");
+        assert!(matches!(of(&set), RowRun::There(Exit::File)));
+    }
 
     #[test]
     fn a_run_is_of_the_row_whose_values_it_has() {

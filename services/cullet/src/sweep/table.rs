@@ -5,6 +5,7 @@ use crate::exit::{CommandError, Exit};
 use crate::logs;
 use cullet::Summary;
 use cullet_coordinator::sweep::Sweep;
+use cullet_files::cells::quote_cell;
 use cullet_files::output::write_file;
 use cullet_picture::SheetView;
 use serde_json::json;
@@ -74,13 +75,13 @@ pub(super) fn worst(rows: &[SweepRow]) -> Exit {
 }
 
 fn table(sweep: &Sweep, rows: &[SweepRow]) -> Result<String, CommandError> {
-    let keys: Vec<String> = sweep.keys.iter().map(|key| quoted(key)).collect();
+    let keys: Vec<String> = sweep.keys.iter().map(|key| quote_cell(key)).collect();
     let mut text = format!(
         "row,{},code,run,fractures,fragments,grains,bodies,jobs,wall_seconds,digest\n",
         keys.join(",")
     );
     for (index, (row, values)) in rows.iter().zip(&sweep.rows).enumerate() {
-        let values: Vec<String> = values.iter().map(|value| quoted(bare(value))).collect();
+        let values: Vec<String> = values.iter().map(|value| quote_cell(bare(value))).collect();
         let code = row.code().map(|code| code.to_string()).unwrap_or_default();
         let run = row.run.map(|run| run.to_string()).unwrap_or_default();
         text += &format!("{},{},{code},{run}", index + 1, values.join(","));
@@ -131,10 +132,21 @@ fn summary(folder: &Path) -> Result<Summary, CommandError> {
     serde_json::from_str(&text).map_err(|error| CommandError::file(&path, error))
 }
 
-/// A field of a CSV table.
-fn quoted(text: &str) -> String {
-    match text.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
+#[cfg(test)]
+mod tests {
+    use super::{Exit, Sweep, SweepRow, table};
+    use cullet_files::cells::read_cell;
+
+    #[test]
+    fn values_of_a_sweep_are_no_formulas() {
+        let values = ["\"=1+1\"", "-9.81"].map(str::to_owned).to_vec();
+        let keys = ["world.name", "world.gravity"].map(str::to_owned).to_vec();
+        let sweep = Sweep { scene: String::new(), keys, rows: vec![values], set: Vec::new() };
+        let rows = [SweepRow { run: None, folder: None, exit: Exit::Later }];
+        let text = table(&sweep, &rows).unwrap_or_else(|why| panic!("{why}"));
+        let row = text.lines().nth(1).expect("a row");
+        assert!(row.starts_with("1,'=1+1,-9.81,"), "{text}");
+        let name = row.split(',').nth(1).map(read_cell);
+        assert_eq!(name.as_deref(), Some("=1+1"), "a page has it as it was");
     }
 }

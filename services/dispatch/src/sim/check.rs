@@ -121,7 +121,7 @@ struct Known {
     wants: BTreeMap<usize, u32>,
     grants: u32,
     crashes: u32,
-    killers: BTreeSet<Worker>,
+    killers: BTreeSet<WorkerName>,
     over: bool,
     stalled: bool,
     holders: BTreeSet<Epoch>,
@@ -152,12 +152,14 @@ pub(super) struct Checker {
     calm: bool,
     plan: Plan,
     skills: BTreeMap<Worker, Skills>,
+    names: BTreeMap<Worker, WorkerName>,
     /// Jobs in quarantine, in this life and all before.
     isolated: BTreeSet<Job>,
     runs: Vec<Course>,
     deaths: deaths::Deaths,
-    /// Who was drained, in any life.
+    /// Who was drained in this life or by hand, and who by hand, in any life.
     drained: BTreeSet<Worker>,
+    by_hand: BTreeSet<Worker>,
     lives: lives::Lives,
     chains: chains::Chains,
     jobs: BTreeMap<Job, Known>,
@@ -190,9 +192,11 @@ impl Checker {
             runs: plan.runs.iter().map(course).collect(),
             plan: plan.clone(),
             skills: BTreeMap::new(),
+            names: BTreeMap::new(),
             isolated: BTreeSet::new(),
             deaths: deaths::Deaths::default(),
             drained: BTreeSet::new(),
+            by_hand: BTreeSet::new(),
             lives: lives::Lives::default(),
             chains: chains::Chains::default(),
             jobs: BTreeMap::new(),
@@ -219,6 +223,7 @@ impl Checker {
         self.accepted.clear();
         self.due.clear();
         self.told.clear();
+        self.drained.clone_from(&self.by_hand);
         self.deaths = deaths::Deaths::default();
         self.chains = chains::Chains::default();
         self.forget_lives();
@@ -280,8 +285,14 @@ impl Checker {
     }
 
     /// There is one more worker.
-    pub(super) fn hired(&mut self, worker: Worker, skills: Skills) {
+    pub(super) fn hired(&mut self, worker: Worker, skills: Skills, name: WorkerName) {
         self.skills.insert(worker, skills);
+        self.names.insert(worker, name);
+    }
+
+    /// What a worker is called.
+    fn name(&self, worker: Worker) -> WorkerName {
+        self.names.get(&worker).copied().unwrap_or(WorkerName(worker.0))
     }
 
     pub(super) fn crashed(&mut self, worker: Worker) {
@@ -340,11 +351,11 @@ impl Checker {
     ) -> Result<(), Wrong> {
         self.all_told()?;
         match event {
-            Event::Commit { worker, job, build, digest, .. } => {
+            Event::Commit { name, job, build, digest, .. } => {
                 self.alarmed((job, build, digest), effects)?;
                 let known = self.jobs.get(&job).filter(|_| accepts(effects));
                 let killers = known.map(|known| known.killers.iter().copied());
-                killers.into_iter().for_each(|of| self.deaths.finished(now, worker, of));
+                killers.into_iter().for_each(|of| self.deaths.finished(now, name, of));
             }
             Event::Open { .. } => {
                 let busy = effects.iter().any(|e| matches!(e, Effect::Busy { .. }));
@@ -370,7 +381,7 @@ impl Checker {
                 self.questioned(worker, seq);
                 self.asked(worker);
             }
-            Event::Fail { job, epoch, .. } => self.returned(job, epoch),
+            Event::Fail { worker, job, epoch, .. } => self.returned(now, (worker, job, epoch)),
             Event::Release(claimant) => self.released(claimant.0 as usize),
             Event::Down(worker) | Event::Bye(worker) => {
                 self.deaths.doubt(worker, true);

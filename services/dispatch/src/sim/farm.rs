@@ -288,7 +288,7 @@ impl Farm {
                 let runs = self.check.wanting(job);
                 self.disk.granted.entry(job).or_default().extend(runs);
             }
-            if let Effect::Drained { worker, .. } = effect {
+            if let Effect::Drained { worker, cause: Cause::Asked } = effect {
                 self.disk.drained.insert(worker);
             }
             let mut said = false;
@@ -330,8 +330,8 @@ impl Farm {
         match question {
             Question::Poll { seq } => self.step(self.poll(worker, seq, true)),
             Question::Renew { job, epoch, begun } => {
-                let (build, skills) = self.about(worker);
-                let event = Event::Renew { worker, job, epoch, begun, build, skills };
+                let (build, skills, name) = self.about(worker);
+                let event = Event::Renew { worker, job, epoch, begun, build, skills, name };
                 self.step_then(event, |farm, effect, said| {
                     if let Effect::Stop { .. } = effect {
                         *said = true;
@@ -360,13 +360,14 @@ impl Farm {
     }
 
     fn poll(&self, worker: Worker, seq: u64, park: bool) -> Event {
-        let (build, skills) = self.about(worker);
-        Event::Poll { worker, seq, slots: 1, park, build, skills }
+        let (build, skills, name) = self.about(worker);
+        Event::Poll { worker, seq, slots: 1, park, build, skills, name }
     }
 
-    /// What a worker runs, and what it can do.
-    fn about(&self, worker: Worker) -> (Build, Skills) {
-        (self.plan.build(worker), self.plan.workers[self.places[&worker]])
+    /// What a worker runs, what it can do, and what it is called.
+    fn about(&self, worker: Worker) -> (Build, Skills, WorkerName) {
+        let place = self.places[&worker];
+        (self.plan.build(worker), self.plan.workers[place], self.plan.name(worker, place))
     }
 
     /// The disk keeps a result.
@@ -389,7 +390,7 @@ impl Farm {
         outcome: Outcome,
         next: u64,
     ) -> Result<(), Wrong> {
-        let build = self.plan.build(worker);
+        let (build, _, name) = self.about(worker);
         let taken = self.machine.as_ref().is_some_and(|machine| machine.takes(job, epoch, build));
         if taken && !self.is(Mutant::AckedBeforeKept) {
             self.keep(job, (digest, outcome, build));
@@ -397,7 +398,7 @@ impl Farm {
         let mut accepted = false;
         let known = self.machine.as_ref().is_some_and(|machine| machine.knows(job));
         let prior = if known { Prior::Nothing } else { self.disk.prior(job) };
-        let event = Event::Commit { worker, job, epoch, build, digest, outcome, prior };
+        let event = Event::Commit { worker, name, job, epoch, build, digest, outcome, prior };
         self.step_then(event, |_, effect, _| {
             accepted |= matches!(effect, Effect::Taken { receipt: Receipt::Accepted, .. });
         })?;

@@ -1,6 +1,6 @@
 //! What a schedule does, drawn from its seed; and how to make it milder.
 
-use crate::{Build, Job, Millis, Share, Skills, Tenant, Worker};
+use crate::{Build, Job, Millis, Share, Skills, Tenant, Worker, WorkerName};
 use std::collections::BTreeSet;
 
 /// Splitmix64.
@@ -88,6 +88,8 @@ pub(super) struct Plan {
     pub(super) chaos: Chaos,
     /// What each worker can do; the first can do everything.
     pub(super) workers: Vec<Skills>,
+    /// Places whose workers have one name; all others have a name of their own, each anew.
+    pub(super) alike: BTreeSet<usize>,
     /// Whether there are workers of two builds, which find different bits for some jobs.
     pub(super) mixed: bool,
     /// Places, never the first, whose workers' every job dies, in chaos and after.
@@ -130,6 +132,7 @@ impl Plan {
             seed,
             chaos,
             workers: vec![Skills::ALL; 1 + rng.below(5) as usize],
+            alike: BTreeSet::new(),
             mixed: rng.chance(40),
             bad: BTreeSet::new(),
             drains: Vec::new(),
@@ -159,6 +162,10 @@ impl Plan {
             plan.drains = (0..3).map(drain).collect();
         }
         plan.runs.iter_mut().for_each(|run| run.chain = rng.chance(30));
+        if plan.workers.len() > 2 && rng.chance(40) {
+            let (places, last) = (2 + rng.below(2) as usize, plan.workers.len());
+            plan.alike = (last.saturating_sub(places)..last).collect();
+        }
         plan
     }
 
@@ -170,6 +177,11 @@ impl Plan {
     /// What a job asks of a worker.
     pub(super) fn need(&self, job: Job) -> Skills {
         Skills(if self.picky { u64::from(job.0[1] % 4) } else { 0 })
+    }
+
+    /// What a worker at this place is called.
+    pub(super) fn name(&self, worker: Worker, place: usize) -> WorkerName {
+        WorkerName(if self.alike.contains(&place) { 1 } else { worker.0 })
     }
 
     /// What a worker runs.
@@ -237,13 +249,14 @@ impl Plan {
             *less.chaos.knob(knob) = 0;
             all.push(less);
         }
-        for which in 0..5 {
+        for which in 0..6 {
             let mut less = self.clone();
             match which {
                 0 => less.workers.truncate((self.workers.len() - 1).max(1)),
                 1 => less.mixed = false,
                 2 => drop(less.bad.pop_last()),
                 3 => drop(less.drains.pop()),
+                4 => drop(less.alike.pop_last()),
                 _ => less.picky = false,
             }
             all.push(less);
@@ -264,6 +277,7 @@ impl Plan {
         kinds
             + self.bad.len() as u64
             + self.drains.len() as u64
+            + self.alike.len() as u64
             + knobs
             + self.workers.len() as u64
             + self.runs.len() as u64

@@ -11,7 +11,7 @@ const SCHEDULES: u64 = 20_000;
 const MUTANT_SCHEDULES: u64 = 5_000;
 
 /// Each planted bug, and the oracle that is meant for it.
-const MUTANTS: [(Mutant, Oracle); 35] = [
+const MUTANTS: [(Mutant, Oracle); 37] = [
     (Mutant::SettleAsTheyCome, Oracle::Order),
     (Mutant::PollMintsTwice, Oracle::Poll),
     (Mutant::NoExpiry, Oracle::Live),
@@ -38,6 +38,8 @@ const MUTANTS: [(Mutant, Oracle); 35] = [
     (Mutant::KillerAgain, Oracle::Spared),
     (Mutant::NeverDrained, Oracle::Drained),
     (Mutant::BlameStays, Oracle::Drained),
+    (Mutant::BlameBySession, Oracle::Spared),
+    (Mutant::HedgedAtHome, Oracle::Hedge),
     (Mutant::GhostAwaited, Oracle::Live),
     (Mutant::DrainForgotten, Oracle::Drained),
     (Mutant::InheritedUnawaited, Oracle::Anew),

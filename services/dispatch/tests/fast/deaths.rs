@@ -187,3 +187,182 @@ fn a_worker_that_vanishes_is_charged_to_the_job_that_its_solver_has_and_to_no_ot
         assert_eq!(given_up, guilty, "begun: {begun}, offered: {offered}: {told:?}");
     }
 }
+
+/// Two processes of one name, and one of another. What dies under the two died under one name: the
+/// job waits for the other, who does it, and the name is told apart by what it is, not by how often
+/// it came.
+#[test]
+fn many_processes_of_one_name_count_as_one() {
+    let mut pool = Pool::new();
+    pool.begin(1, 1, 4);
+    let evil = |pool: &mut Pool, worker: u64| pool.ask_as(1, worker);
+    // The other is there, and has its own to do.
+    pool.open(1, 100);
+    let mut long = pool.ask(9).expect("a job");
+    for k in 0..3 {
+        pool.open(1, k);
+        let first = evil(&mut pool, 10 + 2 * k).expect("a job");
+        assert_eq!(first.0, job(k));
+        crash(&mut pool, 10 + 2 * k, first);
+        pool.pass(300);
+        assert_eq!(evil(&mut pool, 11 + 2 * k), None, "it has died under that name");
+        for worker in [10 + 2 * k, 11 + 2 * k] {
+            pool.step(Event::Bye(Worker(worker)));
+        }
+        pool.done(9, long);
+        long = pool.ask(9).expect("the job goes to who did not kill it");
+        assert_eq!(long.0, job(k));
+        pool.done(9, long);
+        pool.open(1, 101 + k);
+        long = pool.ask(9).expect("a job");
+    }
+    // However it comes back.
+    pool.open(1, 200);
+    assert_eq!(evil(&mut pool, 20), None);
+    let sent_away = |said: &[Effect]| said.iter().any(|it| matches!(it, Effect::Dismiss { .. }));
+    pool.seq += 1;
+    let seq = pool.seq;
+    assert!(sent_away(&pool.step(poll_as(1, Worker(20), seq))));
+    // A while after it went the name is as good as any.
+    for (worker, wait) in [(20, 10_000), (21, 60_000)] {
+        pool.step(Event::Bye(Worker(worker)));
+        pool.pass(wait);
+        // What the other had lapsed, and waits a little.
+        pool.pass(1_000);
+        assert!(pool.ask(9).is_some(), "the other is there");
+        assert_eq!(evil(&mut pool, worker + 1).is_some(), wait == 60_000, "after {wait} ms");
+    }
+}
+
+/// Whatever its number, and whoever came and went since it was last heard of.
+#[test]
+fn a_process_that_was_forgotten_has_the_name_that_it_asks_under() {
+    for forgotten in [10, u64::MAX] {
+        let mut pool = Pool::new();
+        pool.begin(1, 1, 4);
+        pool.open(1, 100);
+        let _long = pool.ask(9).expect("the other is there, and has its own to do");
+        pool.open(1, 1);
+        let bad = pool.ask_as(1, forgotten).expect("a job");
+        crash(&mut pool, forgotten, bad);
+        pool.step(Event::Bye(Worker(forgotten)));
+        assert_eq!(pool.ask_as(1, 11), None, "it has died under that name");
+        for other in 0..4_097 {
+            pool.ask_as(2, 1_000 + other);
+            pool.step(Event::Bye(Worker(1_000 + other)));
+        }
+        pool.pass(300);
+        assert_eq!(pool.ask_as(1, forgotten), None, "{forgotten}");
+    }
+}
+
+/// As often as a name is blamed, those of it that are gone are left alone until they come back.
+#[test]
+fn blame_sends_away_who_is_there_and_who_comes_back() {
+    let mut pool = Pool::new();
+    pool.begin(1, 1, 4);
+    for worker in 100..200 {
+        pool.ask_as(1, worker);
+        pool.step(Event::Bye(Worker(worker)));
+    }
+    assert_eq!(pool.ask_as(1, 11), None);
+    let mut drained = Vec::new();
+    for k in 0..3 {
+        pool.open(1, k);
+        let bad = if k == 0 { granted_now(&mut pool, 11) } else { pool.ask_as(1, 11) };
+        crash(&mut pool, 11, bad.expect("a job"));
+        pool.pass(300);
+        let good = pool.ask(9).expect("the job again");
+        drained = pool.done(9, good);
+        drained.retain(|effect| matches!(effect, Effect::Drained { .. }));
+    }
+    assert_eq!(drained, [Effect::Drained { worker: Worker(11), cause: Cause::Blamed }]);
+    pool.seq += 1;
+    let seq = pool.seq;
+    let said = pool.step(poll_as(1, Worker(150), seq));
+    let away = Effect::Drained { worker: Worker(150), cause: Cause::Blamed };
+    assert_eq!(said, [away, Effect::Dismiss { worker: Worker(150), seq }]);
+    // What the pool found by itself is asked for as anything else.
+    let asked = Effect::Drained { worker: Worker(11), cause: Cause::Asked };
+    assert_eq!(pool.step(Event::Drain(Worker(11))), [asked]);
+}
+
+/// What a worker whose question was parked was granted by an event before.
+fn granted_now(pool: &mut Pool, worker: u64) -> Option<(Job, Epoch)> {
+    let seq = pool.seq;
+    granted(&pool.step(poll_as(1, Worker(worker), seq)), Worker(worker))
+}
+
+#[test]
+fn what_dies_under_a_name_alone_is_held_against_it_for_a_minute_from_the_last() {
+    for (wait, cleared) in [(30_000, false), (60_000, true)] {
+        let mut pool = Pool::new();
+        pool.begin(1, 1, 4);
+        pool.now = 100_000;
+        // The other is there, and never has the time.
+        let busy = |pool: &mut Pool| {
+            pool.seq += 1;
+            let mut event = poll(Worker(9), pool.seq, Skills::ALL);
+            if let Event::Poll { slots, .. } = &mut event {
+                *slots = 0;
+            }
+            pool.step(event);
+        };
+        busy(&mut pool);
+        for k in 0..3 {
+            pool.open(1, k);
+            let bad = pool.ask_as(1, 10).expect("a job");
+            crash(&mut pool, 10, bad);
+        }
+        pool.step(Event::Bye(Worker(10)));
+        for _ in 0..wait / 500 {
+            pool.pass(500);
+            busy(&mut pool);
+        }
+        pool.seq += 1;
+        let seq = pool.seq;
+        let said = pool.step(poll_as(1, Worker(11), seq));
+        let away = Effect::Drained { worker: Worker(11), cause: Cause::Alone };
+        assert_eq!(!said.contains(&away), cleared, "after {wait} ms: {said:?}");
+    }
+}
+
+#[test]
+fn the_duplicate_of_a_slow_job_goes_to_another_name() {
+    let mut pool = Pool::new();
+    pool.begin(1, 1, 4);
+    for k in 0..8 {
+        pool.open(1, k);
+        let quick = pool.ask(9).expect("a job");
+        pool.pass(100);
+        pool.done(9, quick);
+    }
+    pool.open(1, 100);
+    let slow = pool.ask_as(1, 10).expect("a job");
+    let wait = |pool: &mut Pool, worker: u64, name: u64| {
+        let mut got = None;
+        for _ in 0..10 {
+            got = got.or(pool.ask_as(name, worker));
+            pool.renew(10, slow);
+            got = got.or(granted(&pool.pass(500), Worker(worker)));
+        }
+        got.map(|(job, _)| job)
+    };
+    assert_eq!(wait(&mut pool, 11, 1), None, "it has the job already, by that name");
+    assert_eq!(wait(&mut pool, 12, 2), Some(slow.0));
+}
+
+#[test]
+fn the_last_name_that_can_do_something_stays_whatever_number_of_processes_has_it() {
+    let mut pool = Pool::new();
+    pool.begin(1, 1, 4);
+    pool.open(1, 100);
+    let _long = pool.ask_as(1, 2).expect("a job");
+    for k in 0..8 {
+        pool.open(1, k);
+        let bad = pool.ask_as(1, 1).expect("there is no other name to wait for");
+        let said = crash(&mut pool, 1, bad);
+        assert!(!said.iter().any(|it| matches!(it, Effect::Drained { .. })), "{said:?}");
+        pool.pass(Timing::test().lease);
+    }
+}

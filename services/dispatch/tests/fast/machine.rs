@@ -120,8 +120,9 @@ fn a_late_result_counts_while_the_job_is_open_and_is_compared_after() {
     assert!(matches!(same[..], [Effect::Taken { receipt: Receipt::Duplicate, .. }]));
     let (worker, outcome, digest) = (Worker(2), Outcome::Broken, Digest([9; 32]));
     let (job, epoch) = again;
-    let (build, prior) = (BUILD, Prior::Nothing);
-    let late = |job, prior| Event::Commit { worker, job, epoch, build, digest, outcome, prior };
+    let (name, build, prior) = (WorkerName(2), BUILD, Prior::Nothing);
+    let late =
+        |job, prior| Event::Commit { worker, name, job, epoch, build, digest, outcome, prior };
     let other = pool.step(late(job, prior));
     assert!(matches!(other[0], Effect::Alarm { .. }));
     let stranger = Job([5; 32]);
@@ -137,6 +138,7 @@ fn a_late_result_of_another_build_is_fenced_and_raises_no_alarm() {
     let (job, late) = pool.ask(1).expect("a job");
     let by = |build: u8, digest: u8, epoch| Event::Commit {
         worker: Worker(1),
+        name: WorkerName(1),
         job,
         epoch,
         build: Build([build; 32]),
@@ -185,6 +187,7 @@ fn a_late_result_that_differs_from_one_that_was_kept_raises_an_alarm() {
             assert_eq!(pool.machine.knows(job), opened);
             let said = pool.step(Event::Commit {
                 worker: Worker(1),
+                name: WorkerName(1),
                 job,
                 epoch: Epoch(7),
                 build: Build([build; 32]),
@@ -354,6 +357,37 @@ fn who_is_at_what_an_earlier_life_has_granted_is_told_when_the_runs_that_wanted_
     assert_eq!(pool.ask(4).map(|(what, _)| what), Some(job(1)));
     let said = pool.open(1, 3);
     assert!(matches!(said[..], [Effect::Adopted { worker: Worker(13), .. }]), "{said:?}");
+}
+
+/// A worker that says it is at what another is heard to be at gets nothing by that.
+#[test]
+fn nobody_gives_back_or_takes_over_what_another_is_heard_to_be_at() {
+    let fail = |worker, (job, epoch)| Event::Fail {
+        worker: Worker(worker),
+        job,
+        epoch,
+        trouble: Trouble::Crashed,
+    };
+    let own = (job(1), Epoch(1 << 32 | 1));
+    let said = (job(1), Epoch(0));
+    let mut pool = second_life(&[1]);
+    pool.renew(11, own);
+    pool.step(fail(66, said));
+    pool.pass(100);
+    pool.renew(66, said);
+    let opened = pool.open(1, 1);
+    assert!(matches!(opened[..], [Effect::Adopted { worker: Worker(11), .. }]), "{opened:?}");
+    // Nor once a run has opened it, however often that changes.
+    pool.step(Event::Inherit(job(1), Claimant(2)));
+    pool.step(fail(66, said));
+    pool.step(Event::Cancel(Run(1)));
+    assert!(pool.machine.is_inherited(job(1)));
+    // One that is not heard any more is nobody's.
+    pool.pass(Timing::test().lease);
+    pool.renew(66, said);
+    pool.begin(2, 1, 4);
+    let opened = pool.open(2, 1);
+    assert!(matches!(opened[..], [Effect::Adopted { worker: Worker(66), .. }]), "{opened:?}");
 }
 
 #[test]

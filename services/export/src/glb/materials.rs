@@ -117,6 +117,6 @@ impl<'a> GlbWriter<'a> {
             tex_coord: Some(0),
             extras: None,
         });
-        Some(InfoExtensions { texture_transform })
+        Some(InfoExtensions { texture_transform, ..InfoExtensions::default() })
     }
 }

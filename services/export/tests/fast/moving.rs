@@ -345,7 +345,7 @@ fn tables_have_a_row_a_window_and_a_row_a_piece() {
         row[windows[0].iter().position(|it| it == name).expect("a column")].clone()
     };
     let first = &windows[3];
-    assert_eq!((&cell(first, "sheet")[..], &cell(first, "gap_m")[..]), ("\"towel\"", "0.00002"));
+    assert_eq!((&cell(first, "sheet")[..], &cell(first, "gap_m")[..]), ("towel", "0.00002"));
     assert_eq!((&cell(first, "first_step")[..], cell(first, "state").len()), ("8", 64));
     assert_eq!(
         (&cell(first, "momentum_z_kg_m_s")[..], &cell(first, "gravity_J")[..]),

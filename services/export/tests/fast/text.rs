@@ -1,7 +1,8 @@
 //! USD and tables.
 
 use super::common::fixture;
-use cullet_export::ExportOptions;
+use cullet_export::{ExportOptions, export};
+use cullet_record::Recording;
 use cullet_record::synthetic::{BREAK, STEP};
 
 /// The lines of a block, from the one that starts with `head` to its end.
@@ -128,4 +129,30 @@ fn tables_have_a_row_a_body_and_a_row_a_frame() {
     let (p, q) = (recorded.pose.translation.vector, recorded.pose.rotation);
     let wanted = [p.x, p.y, p.z, q.i, q.j, q.k, q.w];
     assert!(numbers.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{row:?}");
+}
+
+/// Names of bodies and materials are anybody's.
+#[test]
+fn no_cell_of_a_table_is_a_formula() {
+    let mut fixture = fixture();
+    for body in &mut fixture.recording.bodies {
+        (body.object, body.material) = ("+1+1".to_owned(), "@SUM(1,2)".to_owned());
+    }
+    let bodies = fixture.text("x.csv", &ExportOptions::default());
+    let rows: Vec<&str> = bodies.lines().skip(1).collect();
+    let is_plain = |row: &&str| row.contains(",'+1+1,") && row.contains(",\"'@SUM(1,2)\",");
+    assert!(rows.len() == 4 && rows.iter().all(is_plain), "{bodies}");
+}
+
+#[test]
+fn what_is_exported_of_a_recording_with_holes_says_what_is_missing() {
+    let mut fixture = fixture();
+    let path = fixture.folder.path().join("x.glb");
+    let notes = |recording: &Recording| {
+        export(recording, &ExportOptions::default(), &path).expect("it is exported").notes
+    };
+    assert!(notes(&fixture.recording).is_empty());
+    fixture.recording.holes.unborn = 2;
+    let told = notes(&fixture.recording);
+    assert!(told[0].contains("has holes") && told[0].contains("2 bodies"), "{told:?}");
 }

@@ -89,6 +89,21 @@ pub enum DoorError {
         /// Where the first is \[m\].
         first: Vec3,
     },
+    /// The only repair that is left moves the surface far.
+    #[error(
+        "the mesh can only be made anew on a grid, which would move its surface by {moved:.3} m, \
+         {:.1} % of its size, near {}: mend it where it was made, or ask for that with \
+         `repair = \"remesh\"`",
+        100.0 * share, place(at)
+    )]
+    Moved {
+        /// How far it would move \[m\].
+        moved: f64,
+        /// That, as a share of the diagonal of its box.
+        share: f64,
+        /// Where \[m\].
+        at: Vec3,
+    },
     /// Nothing solid is left.
     #[error("the mesh encloses no volume")]
     NoVolume,

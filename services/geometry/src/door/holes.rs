@@ -3,15 +3,13 @@
 use super::RepairReport;
 use crate::math::Vec3;
 use crate::mesh::{TriMesh, bounds};
-use crate::shapes::triangulate;
-use std::collections::BTreeMap;
+use crate::polygon::triangulate_uncrossed;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Passes over T-junctions; each divides a triangle at one corner a side.
 const MAX_PASSES: usize = 16;
 /// Open edges beyond which T-junctions are not looked for: the search is quadratic.
 const MAX_OPEN: usize = 20_000;
-/// Largest hole that is tried as one flat polygon; a larger one gets a fan from its middle.
-const MAX_FLAT: usize = 2_000;
 
 /// Divides triangles whose open edge has a corner of another open edge on it, within `reach` \[m\].
 pub(super) fn divide_at_junctions(mesh: &mut TriMesh, reach: f64, report: &mut RepairReport) {
@@ -67,16 +65,33 @@ fn corner_on(mesh: &TriMesh, [a, b]: [u32; 2], open: &[[u32; 2]], reach: f64) ->
 }
 
 /// Closes every loop of open edges: flat-ish ones with the triangles of a polygon, others with a
-/// fan from their middle.
+/// fan from their middle, and those where such triangles would lie on the surface's own.
 pub(super) fn fill(mesh: &mut TriMesh, report: &mut RepairReport) {
-    for rim in loops(&mesh.open_edges()) {
+    let rims = loops(&mesh.open_edges());
+    let mut edges: BTreeSet<[u32; 2]> = BTreeSet::new();
+    if !rims.is_empty() {
+        edges.extend(mesh.triangles.iter().flat_map(|t| sides(*t)));
+    }
+    for rim in rims {
         let points: Vec<Vec3> = rim.iter().map(|&i| mesh.vertices[i as usize]).collect();
         report.holes += 1;
         report.hole_edges += rim.len();
         let width = bounds(&points).map_or(0.0, |(low, high)| (high - low).norm());
         report.widest_hole = report.widest_hole.max(width);
-        match flat_fill(&points) {
-            Some(fill) => mesh.triangles.extend(fill.iter().map(|t| t.map(|k| rim[k as usize]))),
+        let n = rim.len() as u32;
+        let doubled = |[a, b]: [u32; 2]| {
+            let inner = b - a != 1 && b - a != n - 1;
+            inner && edges.contains(&sorted([rim[a as usize], rim[b as usize]]))
+        };
+        let fill = flat_fill(&points)
+            .filter(|fill| !fill.iter().any(|t| sides(*t).into_iter().any(doubled)))
+            .map(|fill| fill.into_iter().map(|t| t.map(|k| rim[k as usize])));
+        match fill {
+            Some(fill) => {
+                let fill: Vec<_> = fill.collect();
+                edges.extend(fill.iter().flat_map(|t| sides(*t)));
+                mesh.triangles.extend(fill);
+            }
             None => {
                 let hub = mesh.vertices.len() as u32;
                 mesh.vertices.push(points.iter().sum::<Vec3>() / points.len() as f64);
@@ -85,6 +100,14 @@ pub(super) fn fill(mesh: &mut TriMesh, report: &mut RepairReport) {
             }
         }
     }
+}
+
+fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]].map(sorted)
+}
+
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// Closed loops of open edges, each in the direction that the filling triangles must use: against
@@ -114,29 +137,8 @@ fn loops(open: &[[u32; 2]]) -> Vec<Vec<u32>> {
     found
 }
 
-/// Triangles of a loop seen along its mean normal, if it is a simple polygon from there.
+/// Triangles of a loop seen along an axis, if it is a simple polygon from there.
 fn flat_fill(points: &[Vec3]) -> Option<Vec<[u32; 3]>> {
-    let n = points.len();
-    if n == 3 {
-        return Some(vec![[0, 1, 2]]);
-    }
-    if n > MAX_FLAT {
-        return None;
-    }
-    let middle = points.iter().sum::<Vec3>() / n as f64;
-    let normal: Vec3 =
-        (0..n).map(|k| (points[k] - middle).cross(&(points[(k + 1) % n] - middle))).sum();
-    let length = normal.norm();
-    if length == 0.0 {
-        return None;
-    }
-    let normal = normal / length;
-    let helper = if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
-    let u = normal.cross(&helper).normalize();
-    let v = normal.cross(&u);
-    let outline: Vec<[f64; 2]> =
-        points.iter().map(|p| [u.dot(&(p - middle)), v.dot(&(p - middle))]).collect();
-    let triangles = triangulate(&outline);
-    // A loop that is not simple from here runs out of ears.
-    (triangles.len() == n - 2).then_some(triangles)
+    let triangles = triangulate_uncrossed(points)?;
+    (triangles.len() == points.len() - 2).then_some(triangles)
 }

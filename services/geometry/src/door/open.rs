@@ -8,7 +8,7 @@ use crate::mesh::TriMesh;
 /// the same way, with a report of what was done to it. Holes stay.
 ///
 /// # Errors
-/// With [`Repair::Refuse`], the first defect found; with [`Repair::Auto`], only what cannot be
+/// With [`Repair::Refuse`], the first defect found; with the others, only what cannot be
 /// repaired: wrong arrays, an impossible size, edges with more than two triangles or with a twist.
 pub fn admit_open(mesh: &TriMesh, repair: Repair) -> Result<(TriMesh, RepairReport), DoorError> {
     super::check_count(mesh)?;
@@ -19,7 +19,7 @@ pub fn admit_open(mesh: &TriMesh, repair: Repair) -> Result<(TriMesh, RepairRepo
     if !(DIAGONALS.0..=DIAGONALS.1).contains(&diagonal) {
         return Err(DoorError::Size { diagonal });
     }
-    if repair == Repair::Auto {
+    if repair != Repair::Refuse {
         topology::drop_collapsed(&mut mesh, &mut report);
         topology::drop_flat(&mut mesh, &mut report);
         topology::sew(&mut mesh, SEWING * diagonal, &mut report);

@@ -1,5 +1,7 @@
 //! What the repair of a mesh did.
 
+use crate::math::Vec3;
+
 /// What repair did. All zero for a clean mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RepairReport {
@@ -29,6 +31,8 @@ pub struct RepairReport {
     pub remeshed: f64,
     /// Farthest that the surface moved \[m\].
     pub moved: f64,
+    /// Where it moved farthest when it was made anew \[m\].
+    pub moved_most_at: Vec3,
     /// Triangles in the end.
     pub triangles: usize,
     /// Enclosed volume in the end \[m³\].
@@ -65,7 +69,7 @@ impl std::fmt::Display for RepairReport {
             ));
         }
         if self.merged_shells {
-            parts.push("crossing shells merged".to_owned());
+            parts.push("touching or crossing shells joined".to_owned());
         }
         if self.remeshed > 0.0 {
             parts.push(format!("surface made anew on a grid of {:.3e} m", self.remeshed));

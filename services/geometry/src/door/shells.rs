@@ -60,14 +60,30 @@ pub(super) fn ordered(mesh: &TriMesh, report: &mut RepairReport) -> TriMesh {
     out
 }
 
+/// Parts that face outward, each with the cavities that lie in it and in no smaller one.
+pub(super) fn with_cavities(parts: Vec<TriMesh>) -> Vec<TriMesh> {
+    let outward = |part: &TriMesh| part.signed_volume() > 0.0;
+    let (mut bodies, cavities): (Vec<_>, Vec<_>) = parts.into_iter().partition(outward);
+    bodies.sort_by(|a, b| a.signed_volume().total_cmp(&b.signed_volume()));
+    let insides: Vec<Inside> = match cavities.is_empty() {
+        true => Vec::new(),
+        false => bodies.iter().map(Inside::new).collect(),
+    };
+    for cavity in cavities {
+        let around = insides.iter().position(|inside| share_in(&cavity, inside) >= 0.5);
+        around.into_iter().for_each(|k| bodies[k].append(&cavity));
+    }
+    bodies
+}
+
 fn shells(mesh: &TriMesh) -> Vec<TriMesh> {
     mesh.components().iter().map(|c| mesh.submesh(c)).collect()
 }
 
 /// Decides from the largest shell to the smallest. A shell in empty space is made to face outward;
 /// one in material is its cavity if it faces inward, and swallowed by it if it faces outward. Only
-/// a shell that lies wholly in another counts as inside it; those that cross are left to the
-/// rebuild.
+/// what lies wholly in another shell is swallowed by it; those that cross are left to the rebuild.
+/// A cavity may touch the shell around it: most of it lies inside.
 fn fates(shells: &[TriMesh]) -> Vec<ShellFate> {
     let volumes: Vec<f64> = shells.iter().map(TriMesh::signed_volume).collect();
     let mut order: Vec<usize> = (0..shells.len()).collect();
@@ -79,9 +95,10 @@ fn fates(shells: &[TriMesh]) -> Vec<ShellFate> {
             fates[s] = ShellFate::Drop;
             continue;
         }
-        let around = placed.iter().filter(|(inside, _)| lies_in(&shells[s], inside));
-        let winding: i32 = around.map(|(_, sign)| sign).sum();
         let outward = volumes[s] > 0.0;
+        let least = if outward { 1.0 } else { 0.5 };
+        let around = placed.iter().filter(|(inside, _)| share_in(&shells[s], inside) >= least);
+        let winding: i32 = around.map(|(_, sign)| sign).sum();
         let sign = match (winding > 0, outward) {
             (true, true) => {
                 fates[s] = ShellFate::Drop;
@@ -101,7 +118,10 @@ fn fates(shells: &[TriMesh]) -> Vec<ShellFate> {
     fates
 }
 
-fn lies_in(shell: &TriMesh, inside: &Inside) -> bool {
+/// The share of a shell's vertices, or of a sample of them, that lie inside another.
+fn share_in(shell: &TriMesh, inside: &Inside) -> f64 {
     let step = shell.vertices.len().div_ceil(SAMPLES).max(1);
-    shell.vertices.iter().step_by(step).all(|&p| inside.contains(p))
+    let samples: Vec<_> = shell.vertices.iter().step_by(step).collect();
+    let within = samples.iter().filter(|&&&p| inside.contains(p)).count();
+    within as f64 / samples.len() as f64
 }

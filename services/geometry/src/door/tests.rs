@@ -1,7 +1,8 @@
 //! A corpus of bad meshes: each is refused by its name and, where that is possible, repaired.
 
 use super::*;
-use crate::shapes::{Detail, cuboid, sphere, torus};
+use crate::mesh::Solid;
+use crate::shapes::{Detail, cuboid, cylinder, sphere, torus};
 
 fn unit_box() -> TriMesh {
     cuboid(Vec3::repeat(1.0), Detail::default()).unwrap()
@@ -222,24 +223,72 @@ fn nested_shells_are_cavities_or_swallowed() {
     assert_volume(&turned, ball().signed_volume() * 0.875, 1e-12);
 }
 
+/// Two rooms with one wall between them: three triangles at each of its edges.
+fn rooms() -> TriMesh {
+    let half = unit_box();
+    let mut both = half.clone();
+    both.append(&half.translated(Vec3::x()));
+    let wall = |t: &usize| {
+        let [a, b, c] = both.corners(*t);
+        !(t / 12 == 1 && [a, b, c].iter().all(|p| (p.x - 0.5).abs() < 1e-12))
+    };
+    let kept: Vec<usize> = (0..24).filter(wall).collect();
+    topology::weld(&both.submesh(&kept)).0
+}
+
 #[test]
 fn what_cannot_be_mended_is_made_anew() {
-    // A wall across the inside of a ring: three triangles at an edge, which no turning resolves.
-    let mut walled = unit_box();
-    walled.triangles.push([0, 1, 7]);
+    let walled = rooms();
     assert!(matches!(
         refused(&walled),
         DoorError::OpenEdges { .. } | DoorError::NonManifold { .. }
     ));
-    let (mended, _) = repaired(&walled);
-    assert_volume(&mended, 1.0, 0.05);
+    let (mended, report) = repaired(&walled);
+    assert!(report.remeshed > 0.0 && report.moved < MOST_MOVED * walled.diagonal(), "{report}");
+    assert_volume(&mended, 2.0, 0.05);
     let (ring, edge) = {
         let ring = torus(1.0, 0.3, Detail { segments: 60, edge: None }).unwrap();
-        let (exact, edge) = remesh::from_distance(&ring, 100.0).unwrap();
-        assert_volume(&exact.mesh(), ring.signed_volume(), 0.02);
-        (exact.to_solid().unwrap().mesh, edge)
+        let new = remesh::from_distance(&ring, 100.0).unwrap();
+        assert_volume(&new.exact.mesh(), ring.signed_volume(), 0.02);
+        (new.exact.to_solid().unwrap().mesh, new.edge)
     };
     assert!(ring.is_closed() && edge < 0.05);
+}
+
+/// A fin on the rooms is lost when they are made anew: that moves the surface by its length.
+#[test]
+fn a_surface_moves_far_only_where_that_is_asked_for() {
+    let mut finned = rooms();
+    let first = finned.vertices.len() as u32;
+    let corners = [[0.0, 0.5, 0.0], [0.4, 0.5, 0.0], [0.2, 0.9, 0.0]];
+    finned.vertices.extend(corners.map(Vec3::from));
+    finned.triangles.push([first, first + 1, first + 2]);
+    match admit(&finned, Repair::Auto).unwrap_err() {
+        DoorError::Moved { moved, share, at } => {
+            assert!((moved - 0.4).abs() < 0.05 && (share - 0.15).abs() < 0.02, "{moved}, {share}");
+            assert!((at - Vec3::new(0.2, 0.9, 0.0)).norm() < 1e-12, "{at}");
+        }
+        other => panic!("{other}"),
+    }
+    let (mended, report) = admit(&finned, Repair::Remesh).unwrap();
+    assert!(mended.is_closed() && report.moved > 0.3 && report.remeshed > 0.0, "{report}");
+}
+
+/// A stray triangle on a closed body takes nothing from it.
+#[test]
+fn what_is_open_is_mended_apart_from_what_is_closed() {
+    let mut walled = unit_box();
+    walled.triangles.push([0, 1, 7]);
+    let (mended, report) = repaired(&walled);
+    assert_eq!(report.remeshed, 0.0, "{report}");
+    assert_volume(&mended, 1.0, 1e-12);
+    // An open box beside a closed one is given its lid, and they are joined.
+    let mut open =
+        unit_box().translated(Vec3::new(1.0, 0.3, 0.0)).submesh(&(2..12).collect::<Vec<_>>());
+    open.append(&unit_box());
+    let (mended, report) = repaired(&open);
+    assert_eq!((report.holes, report.remeshed), (1, 0.0), "{report}");
+    assert_volume(&mended, 2.0, 1e-4);
 }
 
 #[test]
@@ -303,4 +352,27 @@ fn read_obj(text: &str) -> TriMesh {
         }
     }
     mesh
+}
+
+#[test]
+fn an_assembly_of_parts_that_touch_is_joined_exactly() {
+    let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.7);
+    let mut all = TriMesh::default();
+    let mut sum = 0.0;
+    for k in 0..119 {
+        let (x, y, z) = (k % 7, (k / 7) % 5, k / 35);
+        let mut part = if k % 3 == 0 {
+            cylinder(0.5, 1.0, Detail { segments: 40, edge: None }).unwrap()
+        } else {
+            unit_box()
+        };
+        sum += part.signed_volume();
+        part = part.translated(Vec3::new(x as f64, y as f64 + 0.37 * x as f64, z as f64));
+        part.vertices.iter_mut().for_each(|p| *p = turn * *p);
+        all.append(&part);
+    }
+    let (one, report) = repaired(&all);
+    assert_eq!(report.remeshed, 0.0, "{report}");
+    assert_volume(&one, sum, 1e-4);
+    assert!(report.moved < 1e-5 * all.diagonal(), "{report}");
 }

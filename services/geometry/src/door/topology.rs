@@ -188,7 +188,7 @@ pub(super) fn orient(mesh: &mut TriMesh, report: &mut RepairReport) {
 }
 
 /// For each triangle, those across edges that have exactly two, and whether both face the same way.
-fn neighbours(mesh: &TriMesh) -> Vec<Vec<(usize, bool)>> {
+pub(super) fn neighbours(mesh: &TriMesh) -> Vec<Vec<(usize, bool)>> {
     let mut sides: Vec<(u32, u32, usize, bool)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (t, &[a, b, c]) in mesh.triangles.iter().enumerate() {
         for (i, j) in [(a, b), (b, c), (c, a)] {

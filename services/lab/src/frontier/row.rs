@@ -1,6 +1,7 @@
 //! One run of one point of a chart, as a line of the CSV that a machine leaves in the tree.
 
-use super::super::table::{COLUMNS, quoted};
+use super::super::table::COLUMNS;
+use cullet_files::cells::{quote_cell, read_cell};
 use std::collections::BTreeMap;
 
 /// Columns before those of the bench.
@@ -58,12 +59,12 @@ pub struct FrontierRow {
 impl FrontierRow {
     fn line(&self) -> String {
         let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
-        let text = [&self.chart, &self.option, &self.along].map(|text| quoted(text)).join(",");
+        let text = [&self.chart, &self.option, &self.along].map(|text| quote_cell(text)).join(",");
         format!(
             "{text},{},{},{},{},{},{},{},{},{},{:.4},{:.2},{},{},{},{},{},{},{},{}\n",
             self.seed,
             u8::from(self.standard),
-            quoted(&self.bench),
+            quote_cell(&self.bench),
             self.solver,
             self.spacing,
             self.step,
@@ -75,7 +76,7 @@ impl FrontierRow {
             self.steps,
             self.particle_steps,
             self.peak,
-            quoted(&self.metric),
+            quote_cell(&self.metric),
             number(self.value),
             self.reference,
             number(self.error),
@@ -142,7 +143,8 @@ pub fn rows(text: &str) -> Result<Vec<FrontierRow>, String> {
         let values = cells(line);
         let cell = |column: &str| {
             let at = names.get(column).ok_or_else(|| format!("no column `{column}`"))?;
-            values.get(*at).cloned().ok_or_else(|| format!("nothing in column `{column}`"))
+            let text = values.get(*at).map(|cell| read_cell(cell).into_owned());
+            text.ok_or_else(|| format!("nothing in column `{column}`"))
         };
         FrontierRow::of(&cell).map_err(|why| format!("line {}: {why}", k + 1))
     };

@@ -178,7 +178,9 @@ fn rows_are_read_as_they_were_written() {
     let mut all = sample();
     all[1].option = "a, \"b\"".to_owned();
     all[2].bench.clear();
+    all[2].along = "=1+1".to_owned();
     let text = csv(&all);
+    assert!(text.contains(",'=1+1,"), "a spreadsheet would compute it: {text}");
     assert!(text.starts_with("chart,option,along,seed,standard,bench,solver,h,dt,ppc,"), "{text}");
     assert_eq!(rows(&text).expect("rows"), all);
     assert_eq!(rows("").expect("none"), []);

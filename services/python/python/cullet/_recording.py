@@ -285,8 +285,16 @@ class Recording:
 
     @property
     def damaged(self) -> bool:
-        """Whether something in it is not as it was written."""
+        """Whether something is missing in it, or its end is though it has the name of a whole file."""
         return self._inner.damaged
+
+    @property
+    def missing(self) -> str | None:
+        """What a damaged or recovered recording lacks, in words; ``None`` where nothing does.
+
+        One that lacks something tells of no expectation of its scene.
+        """
+        return self._inner.missing
 
     @cached_property
     def meta(self) -> dict[str, str]:
@@ -643,7 +651,7 @@ class Recording:
         if "_inner" not in self.__dict__:
             return f"<Recording {self._given}>"
         summary = self.summary
-        word = "" if self.complete else ", cut off"
+        word = "" if self.complete else ", with holes" if self.missing else ", cut off"
         return (
             f"<Recording {self._given}: {summary['scene']}, {summary['sim_seconds']:.3f} s, "
             f"{summary['fractures']} fractures, {summary['fragments']} fragments{word}>"

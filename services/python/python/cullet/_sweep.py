@@ -53,7 +53,7 @@ class Sweep:
     def table(self) -> Table:
         """A row a run: a column for each path, and `fractures`, `fragments`, `grains`, `bodies`, `sampled_mass` [1].
 
-        `sampled_mass` is the share of the mass of fragments that was sampled, and not solved. Runs without a recording
+        `sampled_mass` is the share of the mass of fragments and grains that was sampled, and not solved. Runs without a recording
         have −1, or nan.
         """
         columns: dict[str, Array] = {}

@@ -1,5 +1,6 @@
 use super::super::DEBRIS;
-use super::super::read::{Found, load, walk};
+use super::super::found::Found;
+use super::super::read::{load, walk};
 use super::super::synthetic::{self, STEP};
 use super::super::{Finished, Recording, RunDigest, inspect};
 use super::*;
@@ -69,7 +70,7 @@ fn messages(path: &Path) -> Vec<(String, Vec<u8>)> {
     let mut take = |found: Found| {
         match found {
             Found::Channel(channel) => drop(topics.insert(channel.id, channel.topic)),
-            Found::Message(header, data) => {
+            Found::Message(header, data, _) => {
                 all.push((topics[&header.channel_id].clone(), data));
             }
             _ => {}

@@ -16,9 +16,13 @@ use serde::{Deserialize, Serialize};
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum RepairChoice {
-    /// The mesh is repaired; a warning says how.
+    /// The mesh is repaired, unless that moves its surface by over 2 % of its size; a warning says
+    /// how.
     #[default]
     Auto,
+    /// The mesh is repaired, however far that moves its surface: at worst it is made anew on a grid
+    /// of an eightieth of its size.
+    Remesh,
     /// The mesh is refused; an error says why.
     Refuse,
 }
@@ -88,9 +92,9 @@ pub struct Body {
         extend("x-default" = "none, but required without `shape` or `mesh`")
     )]
     pub parts: Vec<ShapePart>,
-    /// Mesh file (.obj, .stl, .ply or .glb), or NURBS patches (.json, as NURBS-Python and rw3dm
-    /// write them: degrees 2 and 3, without trims); the path is relative to the scene file. Its
-    /// origin is the file's own.
+    /// Mesh file (.obj, .stl, .ply, .glb or .gltf), or NURBS patches (.json, as NURBS-Python and
+    /// rw3dm write them: degrees 2 and 3, without trims); the path is relative to the scene file.
+    /// Its origin is the file's own.
     #[schemars(extend("x-default" = "required without `shape` or `parts`"))]
     pub mesh: Option<String>,
     /// The mesh is scaled so that its longest side has this length \[m\]. Not beside `scale`, and
@@ -115,7 +119,7 @@ pub struct Body {
     )]
     pub thickness: Option<f64>,
     /// Axis of the mesh file that points up.
-    #[schemars(extend("x-default" = "`z`, but `y` in .glb files"))]
+    #[schemars(extend("x-default" = "`z`, but `y` in .glb and .gltf files"))]
     pub up: Option<Axis>,
     /// What happens to a mesh that is not a closed, clean surface.
     pub repair: RepairChoice,

@@ -45,7 +45,7 @@ pub enum KeyframeCurve {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyAnimation {
-    /// The GLB file (.glb); the path is relative to the scene file.
+    /// The glTF file (.glb or .gltf); the path is relative to the scene file.
     pub file: String,
     /// Name of the animation in the file.
     #[serde(default)]

@@ -134,7 +134,7 @@ fn what_is_wrong_with_an_animation_is_said_with_its_place() {
     let place = "body.arm.animation";
     for (keys, words) in [
         ("file = \"arm.glb\", node = \"arm\"".to_owned(), [".file", "arm.glb"]),
-        ("file = \"arm.obj\", node = \"arm\"".to_owned(), [".file", "no GLB file"]),
+        ("file = \"arm.obj\", node = \"arm\"".to_owned(), [".file", "no glTF file"]),
         ("file = \"bad.glb\", node = \"arm\"".to_owned(), [".file", "the file ends early"]),
         ("node = \"arm\"".to_owned(), ["", "`file` is missing"]),
         ("file = \"props/arm.glb\", node = \"am\"".to_owned(), [".node", "\"hand\""]),

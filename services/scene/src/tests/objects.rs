@@ -25,6 +25,11 @@ fn shelf() -> String {
 }
 
 fn scene(body: &str) -> Result<Scene, String> {
+    scene_with(body, &[])
+}
+
+/// The same, with more files.
+fn scene_with(body: &str, more: &[(&str, String)]) -> Result<Scene, String> {
     let text = format!("{body}\nmaterial = \"granite\"\n");
     let file = |key: &str, text: String| SceneFile {
         key: format!("scene/{key}"),
@@ -35,13 +40,14 @@ fn scene(body: &str) -> Result<Scene, String> {
                end_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
     let library = "newmtl m0\nKd 0.5 0 0\nmap_Kd wood.PNG\n".to_owned();
     let shelf = format!("mtllib shelf.mtl\nmtllib ../up.mtl\n{}", shelf());
-    let files = vec![
+    let mut files = vec![
         file("scene.toml", text),
         file("shelf.obj", shelf),
         file("shelf.mtl", library),
         file("wood.PNG", "a picture".to_owned()),
         file("t.ply", ply.to_owned()),
     ];
+    files.extend(more.iter().map(|(key, text)| file(key, text.clone())));
     let (name, main) = ("test".to_owned(), "scene/scene.toml".to_owned());
     load_bundle(&Bundle { name, main, overrides: Vec::new(), files })
         .map_err(|errors| errors.to_string())
@@ -140,7 +146,7 @@ fn what_is_wrong_with_objects_is_reported_at_its_key() {
         ),
         (
             "[[body]]\nname = \"t\"\nmesh = \"t.ply\"\nobjects = \"bodies\"".to_owned(),
-            "body.t.objects: only .obj and .glb files have objects; this one is one body",
+            "body.t.objects: this file has no objects with names; it is one body",
         ),
         (
             "[[body]]\nname = \"t\"\nmesh = \"t.ply\"\nobject = \"a\"".to_owned(),
@@ -178,4 +184,34 @@ fn materials_are_told_with_their_units() {
     assert_eq!(told["granite"]["density"], density);
     assert_eq!(told["granite"]["fracture_energy"]["unit"], "J/m²");
     assert_eq!(told.as_object().map(serde_json::Map::len), Some(1), "only what bodies are of");
+}
+
+/// A ball of a file keeps its corners, so that the world takes it for one, however far its numbers
+/// are rounded.
+#[test]
+fn a_ball_of_a_file_is_a_ball() {
+    let (rings, sides) = (16, 24);
+    let mut text = String::from("v 0 0 0.05\nv 0 0 -0.05\n");
+    for ring in 1..rings {
+        let polar = std::f64::consts::PI * f64::from(ring) / f64::from(rings);
+        for side in 0..sides {
+            let round = std::f64::consts::TAU * f64::from(side) / f64::from(sides);
+            let (out, up) = (0.05 * polar.sin(), 0.05 * polar.cos());
+            text += &format!("v {:.6} {:.6} {up:.6}\n", out * round.cos(), out * round.sin());
+        }
+    }
+    let at = |ring: i32, side: i32| 3 + (ring - 1) * sides + side % sides;
+    for side in 0..sides {
+        text += &format!("f 1 {} {}\n", at(1, side), at(1, side + 1));
+        text += &format!("f 2 {} {}\n", at(rings - 1, side + 1), at(rings - 1, side));
+        for ring in 1..rings - 1 {
+            let [a, b] = [at(ring, side), at(ring + 1, side)];
+            let [c, d] = [at(ring + 1, side + 1), at(ring, side + 1)];
+            text += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    let body = "[[body]]\nname = \"ball\"\nmesh = \"ball.obj\"";
+    let ball = scene_with(body, &[("ball.obj", text)]);
+    let hulls = &ball.expect("a scene").bodies[0].hulls;
+    assert_eq!((hulls.len(), hulls[0].len()), (1, (2 + (rings - 1) * sides) as usize));
 }

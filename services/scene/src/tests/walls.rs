@@ -91,7 +91,7 @@ fn what_is_no_wall_is_refused_in_words() {
         apart.replacen("1.004], [1, 1, 1.004], [0, 1, 1.004]", "1], [1, 1, 1], [0, 1, 1]", 1);
     let curve = cylinder().replace("\"type\": \"surface\"", "\"type\": \"curve\"");
     for (file, text, body, words) in [
-        ("a.obj", SLIT, thick, "body.wall.mesh: two edges of the surface come within 0.00999"),
+        ("a.obj", SLIT, thick, "body.wall.mesh: two edges of the surface come within 0.01"),
         ("a.obj", SHEET, "thickness = 0", "body.wall.thickness: "),
         ("a.obj", SHEET, "", "body.wall.mesh: the mesh encloses no volume"),
         ("a.json", &trimmed, thick, "patch 0, which is trimmed, is not read here"),

@@ -5,8 +5,8 @@ use cullet_pool::{CacheConfig, JobEnding, Pool, PoolConfig, Refusals, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{
-    self, Acknowledged, Chunk, ChunkAnswer, Commit, CommitAnswer, Grant, Hello, Poll, PollAnswer,
-    QuestionRefusal, Renew, RenewAnswer,
+    self, Acknowledged, Bye, Chunk, ChunkAnswer, Commit, CommitAnswer, Fail, GiveBackReason, Grant,
+    Heed, Hello, Poll, PollAnswer, QuestionRefusal, Renew, RenewAnswer,
 };
 use cullet_proto::transport::{self, Patience};
 use cullet_proto::{SessionId, WorkerId, chunks};
@@ -19,6 +19,7 @@ use zenoh::Wait;
 /// A worker that says what a test wants it to say.
 struct Forger {
     link: zenoh::Session,
+    called: &'static str,
     _alive: zenoh::liveliness::LivelinessToken,
 }
 
@@ -28,23 +29,28 @@ impl Forger {
     }
 
     fn life(pool: &Pool, session: SessionId) -> Self {
+        let forger = Self::named(pool, "forger", session);
+        let hello = Hello { session, ..Hello::default() };
+        let _: Acknowledged = forger.ask(WorkerVerb::Hello, &hello, &[]);
+        forger
+    }
+
+    /// One of that name, which has said nothing yet.
+    fn named(pool: &Pool, called: &'static str, session: SessionId) -> Self {
         let mut settings = zenoh::Config::default();
         for (path, value) in transport::worker(&[pool.endpoint().to_owned()], Patience::test()) {
             settings.insert_json5(path, &value).expect("a setting");
         }
         let link = zenoh::open(settings).wait().expect("a session");
         let name = |text| WorkerId::new(text).expect("a name");
-        let key = keys::worker_live(&name("main"), &name("forger"), session);
+        let key = keys::worker_live(&name("main"), &name(called), session);
         let _alive = link.liveliness().declare_token(key).wait().expect("a sign of life");
-        let forger = Self { link, _alive };
-        let hello = Hello { session, ..Hello::default() };
-        let _: Acknowledged = forger.ask(WorkerVerb::Hello, &hello, &[]);
-        forger
+        Self { link, called, _alive }
     }
 
     fn raw(&self, verb: WorkerVerb, bytes: &[u8]) -> Result<Vec<u8>, QuestionRefusal> {
         let name = |text| WorkerId::new(text).expect("a name");
-        let key = keys::worker_rpc(&name("main"), &name("forger"), verb);
+        let key = keys::worker_rpc(&name("main"), &name(self.called), verb);
         for _ in 0..50 {
             let get = self.link.get(&key).payload(bytes).timeout(Duration::from_secs(5));
             match get.wait().ok().and_then(|replies| replies.recv().ok()) {
@@ -88,7 +94,7 @@ fn old_oversized_and_garbled_questions_are_refused_by_type() {
     garbled[22] ^= 1;
     let refusal = forger.raw(WorkerVerb::Renew, &garbled);
     assert!(matches!(&refusal, Err(QuestionRefusal::Malformed(text)) if text.contains("checksum")));
-    let counted = Refusals { unsupported: 1, too_large: 1, malformed: 1, stranger: 0 };
+    let counted = Refusals { unsupported: 1, too_large: 1, malformed: 1, ..Refusals::default() };
     wait_for("they are counted", || pool.stats().refusals == counted);
 }
 
@@ -284,4 +290,73 @@ fn chunks_that_nobody_asked_for_keep_the_result_of_another_worker_out_at_no_time
     let id = run.open(&job("echo", 3, 0));
     verdict(next(&run, id));
     pool.shutdown();
+}
+
+/// Whatever another certificate says of a session, by a question or by a sign of life, nothing
+/// happens to the worker whose session it is, nor to its job.
+#[test]
+fn nobody_speaks_for_the_session_of_another_name() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let (own, session) = (SessionId(10), SessionId(9));
+    let honest = Forger::of(&pool);
+    let evil = Forger::named(&pool, "evil", own);
+    let problem = job("echo", 3, 0);
+    let id = run.open(&problem);
+    let poll = Poll { session, seq: 1, slots: 1, threads: 1 };
+    let said: PollAnswer = honest.ask(WorkerVerb::Poll, &poll, &[]);
+    let PollAnswer::Grant(Grant { job, epoch, .. }) = said else { panic!("no grant: {said:?}") };
+    let (trouble, text) = (GiveBackReason::Crashed, "boom".to_owned());
+    let fail = |session| Fail { session, job, epoch, trouble, text: text.clone() };
+    let renew = |session| Renew { session, job, epoch, permille: 1 };
+    let commit = Commit { session, job, epoch, digest: [5; 32], length: 9, next: None };
+    let refused = [
+        (WorkerVerb::Hello, pool::ask(&Hello { session, ..Hello::default() }, &[])),
+        (WorkerVerb::Poll, pool::ask(&Poll { seq: 2, ..poll }, &[])),
+        (WorkerVerb::Renew, pool::ask(&renew(session), &[])),
+        (WorkerVerb::Heed, pool::ask(&Heed { session, job, epoch }, &[])),
+        (WorkerVerb::Commit, pool::ask(&commit, &[])),
+        (WorkerVerb::Fail, pool::ask(&fail(session), &[])),
+        (WorkerVerb::Bye, pool::ask(&Bye { session }, &[])),
+    ];
+    for (verb, bytes) in &refused {
+        let said = evil.raw(*verb, bytes.as_ref().expect("a question"));
+        assert_eq!(said, Err(QuestionRefusal::Foreign), "{verb:?}");
+    }
+    // A refusal is counted when it has been said.
+    wait_for("all are counted", || pool.stats().refusals.foreign == refused.len() as u64);
+    // Nor by a sign of life of that session that comes and goes.
+    drop(Forger::named(&pool, "evil", session));
+    // As itself it gives back no job that it has not, and lets none go on.
+    let hello = Hello { session: own, ..Hello::default() };
+    let _: Acknowledged = evil.ask(WorkerVerb::Hello, &hello, &[]);
+    let _: Acknowledged = evil.ask(WorkerVerb::Fail, &fail(own), &[]);
+    let said: RenewAnswer = evil.ask(WorkerVerb::Renew, &renew(own), &[]);
+    assert_eq!(said, RenewAnswer::Stop);
+    std::thread::sleep(Duration::from_millis(300));
+    let said: RenewAnswer = honest.ask(WorkerVerb::Renew, &renew(session), &[]);
+    assert!(matches!(said, RenewAnswer::Go { .. }), "{said:?}");
+    let stats = pool.stats();
+    assert_eq!((stats.workers, stats.jobs.running, stats.jobs.resent), (2, 1, 0));
+    let _: Acknowledged = honest.ask(WorkerVerb::Bye, &Bye { session }, &[]);
+    drop((honest, evil));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
+    verdict(next(&run, id));
+}
+
+#[test]
+fn a_name_that_has_four_sessions_gets_no_fifth() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let mut all: Vec<Forger> = (1..=4).map(|life| Forger::life(&pool, SessionId(life))).collect();
+    let fifth = Forger::named(&pool, "forger", SessionId(5));
+    let hello = Hello { session: SessionId(5), ..Hello::default() };
+    let bytes = pool::ask(&hello, &[]).expect("a question");
+    let refused = Err(QuestionRefusal::TooManySessions { limit: 4 });
+    assert_eq!(fifth.raw(WorkerVerb::Hello, &bytes), refused);
+    wait_for("four are there", || pool.stats().workers == 4);
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(pool.stats().workers, 4, "one that is not let in counts for nothing");
+    all.pop();
+    wait_for("there is room", || fifth.raw(WorkerVerb::Hello, &bytes) != refused);
+    assert_eq!(pool.workers().len(), 4, "the one that left has made room");
 }

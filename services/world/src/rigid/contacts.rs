@@ -4,9 +4,12 @@ use super::Patch;
 use super::Rigid;
 use super::ccd::Push;
 use super::convert::vec3;
+use super::suppressed::depth;
 use crate::motion::Motion;
 use cullet_geometry::Vec3;
-use rapier3d_f64::prelude::{ColliderHandle, ContactManifold, ContactPair, SolverContact};
+use rapier3d_f64::prelude::{
+    ColliderHandle, ContactManifold, ContactPair, RigidBody, SolverContact,
+};
 use std::collections::BTreeMap;
 
 /// All contact points of one pair of bodies over one step, taken together (F39).
@@ -163,6 +166,46 @@ impl Rigid {
     }
 
     /// The body of a collider; none where it sleeps (its contacts are then those of long ago).
+    /// Bodies that overlap where they are, and how deep \[m\]; at least one of each pair can move.
+    pub(crate) fn overlaps(&self) -> Vec<(u32, u32, f64)> {
+        let fixed = |id: &u32| self.slots.get(id).is_none_or(|s| s.fixed || s.driven.is_some());
+        let mut found = Vec::new();
+        for &a in self.slots.keys() {
+            let near = |b: &u32| *b > a && !(fixed(&a) && fixed(b)) && self.near(a, *b);
+            for b in self.slots.keys().copied().filter(near) {
+                if let (Some(pa), Some(pb)) = (self.placed(a), self.placed(b)) {
+                    let overlap = depth(&pa, &pb);
+                    found.extend((overlap > 0.0).then_some((a, b, overlap)));
+                }
+            }
+        }
+        found
+    }
+
+    /// Bodies that touch one, and how deep \[m\].
+    pub(crate) fn depths(&self, id: u32) -> Vec<(u32, f64)> {
+        let handle = self.slots.get(&id).map(|slot| slot.handle);
+        let colliders = handle.and_then(|handle| self.world.bodies.get(handle));
+        let colliders = colliders.map_or(&[][..], RigidBody::colliders);
+        let mut depths: BTreeMap<u32, f64> = BTreeMap::new();
+        for &collider in colliders {
+            for pair in self.world.narrow_phase.contact_pairs_with(collider) {
+                let other =
+                    if pair.collider1 == collider { pair.collider2 } else { pair.collider1 };
+                let Some(other) = self.side(other) else { continue };
+                for manifold in pair.solver_manifolds() {
+                    if manifold.data.solver_contacts.is_empty() {
+                        continue;
+                    }
+                    let deepest = manifold.points.iter().map(|point| -point.dist);
+                    let depth = depths.entry(other.id).or_default();
+                    *depth = deepest.fold(*depth, f64::max);
+                }
+            }
+        }
+        depths.into_iter().collect()
+    }
+
     fn side(&self, collider: ColliderHandle) -> Option<Side> {
         let parent = self.world.colliders.get(collider)?.parent()?;
         let body = self.world.bodies.get(parent)?;

@@ -29,8 +29,6 @@ struct Member {
     after: Motion,
 }
 
-/// What is still for so long may sleep \[s\]: the engine's own time.
-const UNTIL_SLEEP: f64 = 0.5;
 /// A group that is still is left where the engine has it every so many steps: putting it in its
 /// place would wake it.
 const TRIAL_EVERY: u64 = 60;
@@ -112,7 +110,10 @@ impl Rigid {
             if members.iter().all(|member| self.sleeping(member.id)) {
                 continue;
             }
-            let stays = self.tries_to_sleep() && members.iter().all(|m| self.is_slow(m.id));
+            let stays = self.tries_to_sleep()
+                && members
+                    .iter()
+                    .all(|m| self.slots.get(&m.id).is_some_and(|slot| slot.rest.rests));
             match group.holder {
                 Holder::Nothing => {
                     let flies = group.members.iter().all(|id| !touched.contains(id));
@@ -130,37 +131,10 @@ impl Rigid {
             }
         }
         self.joints.fused = Some(groups);
-        self.let_sleep();
     }
 
     fn tries_to_sleep(&self) -> bool {
         self.steps.is_multiple_of(TRIAL_EVERY)
-    }
-
-    /// Has a body hardly moved for as long as the engine asks for?
-    fn is_slow(&self, id: u32) -> bool {
-        let dt = self.world.integration_parameters.dt;
-        self.slots.get(&id).is_some_and(|slot| f64::from(slot.slow) * dt >= UNTIL_SLEEP)
-    }
-
-    /// The engine wakes what is put in its place, with all that touches it. So what is slow is
-    /// counted here, and the engine is told.
-    fn let_sleep(&mut self) {
-        let of = &self.world.integration_parameters;
-        let (dt, least) = (of.dt, 2.0 * self.sleep_speed * of.length_unit * of.dt);
-        let told = self.tries_to_sleep();
-        for ((_, before), slot) in self.before.iter().zip(self.slots.values_mut()) {
-            let Some(body) = self.world.bodies.get(slot.handle) else { continue };
-            let moved = vec3(body.position().translation) - before.centre();
-            let turned = vec3(body.angvel()).norm() * slot.reach * dt;
-            let slow = moved.norm() + turned < least;
-            slot.slow = if slow { slot.slow.saturating_add(1) } else { 0 };
-            let tired = told && f64::from(slot.slow) * dt >= UNTIL_SLEEP && body.is_dynamic();
-            if tired && let Some(body) = self.world.bodies.get_mut(slot.handle) {
-                let activation = body.activation_mut();
-                activation.time_since_can_sleep = activation.time_until_sleep;
-            }
-        }
     }
 
     fn member(&self, id: u32) -> Option<Member> {

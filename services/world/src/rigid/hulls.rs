@@ -1,7 +1,7 @@
 //! Convex stand-ins: checked, simplified, shrunk, and made into engine shapes.
 
 use super::convert::{vec3, vector};
-use cullet_geometry::hull::Hull;
+use cullet_geometry::hull::{Hull, radius_of_ball, spiral};
 use cullet_geometry::{Mat3, Vec3};
 use rapier3d_f64::math::{Pose as EnginePose, Vector};
 use rapier3d_f64::parry::query::details::intersection_test_support_map_support_map;
@@ -18,17 +18,16 @@ pub(super) struct Part {
     pub(super) centre: Vector,
     /// Greatest distance of a corner from the middle \[m\].
     pub(super) reach: f64,
+    /// The corners that a ball was made of \[m\]; empty of what is none.
+    on_ball: Vec<Vec3>,
 }
 
 impl Part {
-    /// Its corners, or those of the box around a shape that has none \[m\].
+    /// Its corners \[m\].
     pub(super) fn corners(&self) -> Vec<Vec3> {
         match self.shape.as_convex_polyhedron() {
             Some(hull) => hull.points().iter().map(|corner| vec3(*corner)).collect(),
-            None => {
-                let around = self.shape.compute_local_aabb();
-                around.vertices().iter().map(|corner| vec3(*corner)).collect()
-            }
+            None => self.on_ball.clone(),
         }
     }
 }
@@ -101,6 +100,12 @@ pub(super) fn part(corners: &[Vec3], fit: Fit) -> Result<Part, &'static str> {
     if let Some(why) = fault(corners) {
         return Err(why);
     }
+    if let Some(radius) = radius_of_ball(corners).filter(|_| fit == Fit::Body) {
+        let share = 1.0 - BODY_SHRINK.min(BODY_SHRINK_MOST / radius);
+        let (shape, reach) = (SharedShape::ball(share * radius), share * radius);
+        let on_ball = extreme(corners, BODY_CORNERS).iter().map(|p| p * share).collect();
+        return Ok(Part { shape, centre: Vector::ZERO, reach, on_ball });
+    }
     let limit = match fit {
         Fit::Body => BODY_CORNERS,
         Fit::Fragment => FRAGMENT_CORNERS,
@@ -121,7 +126,7 @@ pub(super) fn part(corners: &[Vec3], fit: Fit) -> Result<Part, &'static str> {
     kept.iter_mut().for_each(|p| *p = middle + (*p - middle) * (1.0 - share));
     let shape = if spread.is_thin() { exact(&kept, limit) } else { quick(&kept) };
     let shape = shape.or_else(|| exact(&kept, limit)).ok_or("has no convex hull")?;
-    Ok(Part { shape, centre: vector(&middle), reach })
+    Ok(Part { shape, centre: vector(&middle), reach, on_ball: Vec::new() })
 }
 
 /// The engine's own hull.
@@ -158,15 +163,6 @@ fn extreme(corners: &[Vec3], limit: usize) -> Vec<Vec3> {
         keep[(0..corners.len()).fold(0, far)] = true;
     }
     corners.iter().zip(keep).filter(|(_, keep)| *keep).map(|(p, _)| *p).collect()
-}
-
-/// Direction `k` of `n` on the Fibonacci sphere.
-fn spiral(k: usize, n: usize) -> Vec3 {
-    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
-    let z = 1.0 - (2 * k + 1) as f64 / n as f64;
-    let (s, c) = libm::sincos(GOLDEN_ANGLE * k as f64);
-    let r = (1.0 - z * z).sqrt();
-    Vec3::new(r * c, r * s, z)
 }
 
 /// How corners spread about their middle.

@@ -9,10 +9,13 @@ mod hulls;
 mod joints;
 mod patch;
 mod relax;
+mod rest;
 mod saved;
+mod seams;
 mod shape;
 mod suppressed;
 mod sweep;
+mod touching;
 mod windows;
 
 pub(crate) use contacts::Contact;
@@ -34,10 +37,12 @@ use rapier3d_f64::prelude::{
     ActiveHooks, Collider, ColliderBuilder, IntegrationParameters, PhysicsWorld, QueryFilter,
     QueryFilterFlags, Ray, RigidBody, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
+use rest::{StillBody, Stillness};
+use seams::{HeldBalls, seam_room};
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use suppressed::{Placed, SuppressedPairs, depth};
+use suppressed::{Placed, StepHooks, SuppressedPairs};
 use sweep::{SweepContext, SweptBody, SweptKind};
 
 /// Contact stiffness between moving bodies \[Hz\]: at 240 steps of 8 iterations a stack of 10 sags
@@ -87,8 +92,7 @@ struct Slot {
     /// Damping when slow \[1/s\]; zero for bodies that keep what they have.
     damping: f64,
     damped: bool,
-    /// Steps on end in which it hardly moved.
-    slow: u32,
+    rest: Stillness,
 }
 
 /// The engine failed (it panicked); nothing in it is to be trusted.
@@ -107,7 +111,6 @@ pub(crate) struct Rigid {
     pushes: Vec<Push>,
     /// Bodies that the last step set back to where they met others.
     set_back: Vec<u32>,
-    sleep_speed: f64,
     steps: u64,
     /// A body that a test holds in its place while its velocity runs on.
     #[cfg(test)]
@@ -143,7 +146,6 @@ impl Rigid {
             prior: Vec::new(),
             pushes: Vec::new(),
             set_back: Vec::new(),
-            sleep_speed: settings.sleep_speed / unit,
             steps: 0,
             #[cfg(test)]
             held: None,
@@ -174,14 +176,18 @@ impl Rigid {
             .gyroscopic_forces_enabled(true)
             .user_data(u128::from(id))
             .build();
-        rigid.activation_mut().normalized_linear_threshold = self.sleep_speed;
+        // Whether it rests is found out here (`rest`).
+        rigid.activation_mut().normalized_linear_threshold =
+            SPEED_CAP / self.world.integration_parameters.length_unit;
         let handle = self.world.insert_body(rigid);
         for part in &parts {
             let collider = ColliderBuilder::new(part.shape.clone())
                 .density(0.0)
                 .friction(body.material.friction)
                 .restitution(body.material.restitution)
-                .active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS);
+                .active_hooks(
+                    ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS,
+                );
             self.world.insert_collider(collider, Some(handle));
         }
         let slot = Slot {
@@ -196,7 +202,7 @@ impl Rigid {
             fit,
             damping,
             damped: false,
-            slow: 0,
+            rest: Stillness::default(),
         };
         self.slots.insert(id, slot);
         // New mass properties reach the engine's solver at the next step; make them known at once.
@@ -251,6 +257,18 @@ impl Rigid {
         }
     }
 
+    /// Lets bodies that rest after a step sleep, and no others.
+    fn let_sleep(&mut self) {
+        let step = self.world.integration_parameters.dt;
+        let gravity = vec3(self.world.gravity);
+        for ((_, before), slot) in self.before.iter().zip(self.slots.values_mut()) {
+            if let Some(body) = self.world.bodies.get_mut(slot.handle) {
+                let of = StillBody { reach: slot.reach, mass: slot.mass, gravity, step };
+                slot.rest.let_sleep(body, before, &of);
+            }
+        }
+    }
+
     /// One step of the engine.
     pub(crate) fn step(&mut self) -> Result<(), Broken> {
         std::mem::swap(&mut self.prior, &mut self.before);
@@ -266,9 +284,15 @@ impl Rigid {
         self.prepare_fused();
         self.choose_damped();
         let done = catch_unwind(AssertUnwindSafe(|| {
-            self.world.step_with_events(&self.suppressed, &());
-            self.set_back_where_they_meet();
+            let of = &self.world.integration_parameters;
+            let (step, room) = (of.dt, seam_room(of, self.world.gravity));
+            let held = HeldBalls::of(&self.world);
+            let hooks = StepHooks { suppressed: &self.suppressed, held, step, room };
+            self.world.step_with_events(&hooks, &());
+            let held = hooks.held;
+            self.set_back_where_they_meet(&held);
             self.move_as_one();
+            self.let_sleep();
         }));
         #[cfg(test)]
         self.hold();
@@ -353,7 +377,7 @@ impl Rigid {
     }
 
     /// Bodies that met within the step are set back to where they then are (F42).
-    fn set_back_where_they_meet(&mut self) {
+    fn set_back_where_they_meet(&mut self, balls: &HeldBalls) {
         let moving = self.before.iter().zip(&self.slots);
         let swept = moving.filter_map(|((_, before), (&id, slot))| {
             let body = self.world.bodies.get(slot.handle)?;
@@ -380,8 +404,10 @@ impl Rigid {
         }
         let of = &self.world.integration_parameters;
         let slop = of.allowed_linear_error();
+        let room = seam_room(of, self.world.gravity);
         let (touching, step) = (&self.world.narrow_phase, of.dt);
-        let context = SweepContext { suppressed: &self.suppressed, touching, slop, step };
+        let context =
+            SweepContext { suppressed: &self.suppressed, touching, balls, slop, room, step };
         let met = CcdSolver::new(swept).solve(&context);
         for (handle, velocity, spin) in met.motions {
             if let Some(body) = self.world.bodies.get_mut(handle) {
@@ -398,14 +424,16 @@ impl Rigid {
         self.pushes = met.pushes;
     }
 
-    /// Slow fragments are damped, so that heaps come to rest; those that fly are not.
+    /// Slow fragments that touch something are damped, so that heaps come to rest; those that fly
+    /// are not.
     fn choose_damped(&mut self) {
         for ((_, motion), slot) in self.before.iter().zip(self.slots.values_mut()) {
             if slot.damping == 0.0 {
                 continue;
             }
             let speed = motion.velocity.norm() + motion.spin.norm() * slot.reach;
-            let damped = speed < if slot.damped { 2.0 * DAMPED_SPEED } else { DAMPED_SPEED };
+            let slow = speed < if slot.damped { 2.0 * DAMPED_SPEED } else { DAMPED_SPEED };
+            let damped = slow && touching::is_touching(&self.world, slot.handle);
             if damped != slot.damped {
                 slot.damped = damped;
                 let damping = if damped { slot.damping } else { 0.0 };
@@ -464,26 +492,5 @@ impl Rigid {
             }
         });
         self.suppressed.pairs = pairs;
-    }
-
-    /// Bodies that overlap where they are, and how deep \[m\]; at least one of each pair can move.
-    pub(crate) fn overlaps(&self) -> Vec<(u32, u32, f64)> {
-        let ids: Vec<u32> = self.slots.keys().copied().collect();
-        let mut found = Vec::new();
-        for (k, &a) in ids.iter().enumerate() {
-            for &b in &ids[k + 1..] {
-                let fixed = |id| self.slots.get(&id).is_none_or(|s| s.fixed || s.driven.is_some());
-                if (fixed(a) && fixed(b)) || !self.near(a, b) {
-                    continue;
-                }
-                if let (Some(pa), Some(pb)) = (self.placed(a), self.placed(b)) {
-                    let depth = depth(&pa, &pb);
-                    if depth > 0.0 {
-                        found.push((a, b, depth));
-                    }
-                }
-            }
-        }
-        found
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Rigid;
 use super::engine_joints::EngineJoints;
+use super::rest::Stillness;
 use super::suppressed::SuppressedPairs;
 use crate::motion::Motion;
 use rapier3d_f64::prelude::{
@@ -23,8 +24,8 @@ pub(crate) struct SavedRigid {
     joints: EngineJoints,
     before: Vec<(u32, Motion)>,
     prior: Vec<(u32, Motion)>,
-    /// Of each body: whether it is damped, and for how many steps it has been slow.
-    calm: Vec<(bool, u32)>,
+    /// Of each body: whether it is damped, and whether it rests.
+    calm: Vec<(bool, Stillness)>,
     steps: u64,
 }
 
@@ -45,7 +46,7 @@ impl Rigid {
             joints: self.joints.clone(),
             before: self.before.clone(),
             prior: self.prior.clone(),
-            calm: self.slots.values().map(|slot| (slot.damped, slot.slow)).collect(),
+            calm: self.slots.values().map(|slot| (slot.damped, slot.rest.clone())).collect(),
             steps: self.steps,
         }
     }
@@ -68,8 +69,8 @@ impl Rigid {
         self.before.clone_from(&saved.before);
         self.prior.clone_from(&saved.prior);
         self.pushes.clear();
-        for (slot, &(damped, slow)) in self.slots.values_mut().zip(&saved.calm) {
-            (slot.damped, slot.slow) = (damped, slow);
+        for (slot, (damped, rest)) in self.slots.values_mut().zip(&saved.calm) {
+            (slot.damped, slot.rest) = (*damped, rest.clone());
         }
         self.steps = saved.steps;
     }

@@ -6,9 +6,12 @@
 
 use super::convert::engine_pose;
 use super::hulls::Part;
+use super::seams::{HeldBalls, leave_out_edges, leave_out_sides};
 use cullet_geometry::Pose;
 use rapier3d_f64::parry::query;
-use rapier3d_f64::prelude::{PairFilterContext, PhysicsHooks, RigidBodyHandle, SolverFlags};
+use rapier3d_f64::prelude::{
+    ContactModificationContext, PairFilterContext, PhysicsHooks, RigidBodyHandle, SolverFlags,
+};
 use std::collections::BTreeMap;
 
 /// A body's convex parts and where they are.
@@ -79,15 +82,31 @@ pub(super) fn depth(a: &Placed<'_>, b: &Placed<'_>) -> f64 {
     deepest
 }
 
-impl PhysicsHooks for SuppressedPairs {
+/// What the engine asks of a step: which pairs collide, and which of the contacts that it foresees
+/// are none.
+pub(super) struct StepHooks<'a> {
+    pub(super) suppressed: &'a SuppressedPairs,
+    pub(super) held: HeldBalls,
+    /// \[s\]
+    pub(super) step: f64,
+    /// Of seams \[m\].
+    pub(super) room: f64,
+}
+
+impl PhysicsHooks for StepHooks<'_> {
     fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
         let id = |handle: Option<RigidBodyHandle>| {
             handle.and_then(|h| context.bodies.get(h)).map(|body| body.user_data as u32)
         };
         let suppressed = match (id(context.rigid_body1), id(context.rigid_body2)) {
-            (Some(a), Some(b)) => self.holds((a.min(b), a.max(b))),
+            (Some(a), Some(b)) => self.suppressed.holds((a.min(b), a.max(b))),
             _ => false,
         };
         (!suppressed).then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)
+    }
+
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext<'_>) {
+        leave_out_sides(context, self.step, self.room);
+        leave_out_edges(context, &self.held, self.room);
     }
 }

@@ -1,6 +1,7 @@
 //! The path of a body over a step, and when the paths of two bodies bring them into contact.
 
 use super::hulls::Part;
+use super::seams::{HeldBalls, is_at_side};
 use super::suppressed::SuppressedPairs;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume};
@@ -151,8 +152,12 @@ pub(super) struct SweepHit {
 pub(super) struct SweepContext<'a> {
     pub(super) suppressed: &'a SuppressedPairs,
     pub(super) touching: &'a NarrowPhase,
+    /// What held balls before it.
+    pub(super) balls: &'a HeldBalls,
     /// Distance at which bodies touch \[m\].
     pub(super) slop: f64,
+    /// Of seams \[m\].
+    pub(super) room: f64,
     /// \[s\]
     pub(super) step: f64,
 }
@@ -206,13 +211,30 @@ impl SweepContext<'_> {
                 let most = first.map_or(1.0, |meeting| meeting.share);
                 let at = self.touch([p, q], [&x, &y], most, core);
                 // Those that touch already meet as well, unless they part.
-                if at < most && (at > 0.0 || closes([p, q], [&x, &y], whole)) {
+                let meet = at < most && (at > 0.0 || closes([p, q], [&x, &y], whole));
+                let poses = [x.transform_at(at), y.transform_at(at)];
+                let colliders = [collider_p, collider_q];
+                if meet && !self.is_seam(colliders, [p, q], [&poses[0], &poses[1]]) {
                     first = Some(SweepHit { share: at, parts: (k, l), held, core });
                 }
             }
         }
         let late = |share: f64| from + share * (1.0 - from);
         first.map(|meeting| SweepHit { share: late(meeting.share), ..meeting })
+    }
+
+    /// Do two parts that touch there touch at a side or an edge past which one hardly reaches?
+    fn is_seam(
+        &self,
+        colliders: [ColliderHandle; 2],
+        [p, q]: [&Part; 2],
+        [a, b]: [&Pose; 2],
+    ) -> bool {
+        let placed = [(p.shape.as_ref(), a), (q.shape.as_ref(), b)];
+        facing([p, q], [a, b]).is_some_and(|(_, normal)| {
+            is_at_side(placed, normal, self.room)
+                || self.balls.is_at_edge(colliders, placed, normal, self.room)
+        })
     }
 
     /// Does the solver have the two in contact?
@@ -224,7 +246,7 @@ impl SweepContext<'_> {
     fn touch(&self, [p, q]: [&Part; 2], sweeps: [&Sweep; 2], most: f64, cores: bool) -> f64 {
         if cores {
             let [p, q] = [core(p), core(q)];
-            let cores = [&p, &q].map(|points| ToiProxy::from_points(points, 0.0));
+            let cores = [&p, &q].map(|(points, round)| ToiProxy::from_points(points, *round));
             return touch(&cores, sweeps, most, self.slop);
         }
         match [p, q].map(|part| ToiProxy::from_shape(part.shape.as_ref())) {
@@ -286,10 +308,16 @@ pub(super) fn facing([p, q]: [&Part; 2], [a, b]: [&Pose; 2]) -> Option<(Vector, 
     found.filter(sound).or_else(middles)
 }
 
-/// The corners of a part, shrunk towards its middle.
-fn core(part: &Part) -> Vec<Vector> {
-    let corners = part.shape.as_convex_polyhedron().map_or(&[][..], |hull| hull.points());
-    corners.iter().map(|&corner| part.centre + CORE * (corner - part.centre)).collect()
+/// The corners of a part, shrunk towards its middle, and what is round about them; of a ball its
+/// middle \[m\].
+fn core(part: &Part) -> (Vec<Vector>, f64) {
+    match part.shape.as_convex_polyhedron() {
+        Some(hull) => {
+            let shrunk = |&corner: &Vector| part.centre + CORE * (corner - part.centre);
+            (hull.points().iter().map(shrunk).collect(), 0.0)
+        }
+        None => (vec![part.centre], CORE * part.reach),
+    }
 }
 
 /// No less than the way of a place so far from the centre as the body turns \[m\].

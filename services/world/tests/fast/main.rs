@@ -9,6 +9,7 @@ mod glue;
 mod impacts;
 mod joints;
 mod late;
+mod motion;
 mod replace;
 mod reshape;
 mod run;

@@ -67,7 +67,8 @@ impl Checker {
             return Ok(());
         };
         let waits = self.chains.parked.contains_key(&maker);
-        if maker != worker && waits && self.able(maker, job) && !known.killers.contains(&maker) {
+        let innocent = !known.killers.contains(&self.name(maker));
+        if maker != worker && waits && self.able(maker, job) && innocent {
             return wrong(Oracle::Maker, "granted past the worker that made what it starts from");
         }
         Ok(())

@@ -7,6 +7,9 @@ use std::collections::BTreeMap;
 /// How often the coordinator looks at its clock, and as much again \[ms\].
 pub(super) const SLACK: Millis = 200;
 
+/// A name is cleared that long after a job was last held against it, at the earliest \[ms\].
+const CLEARED: Millis = 60_000;
+
 /// One that has asked for work in this life of the coordinator.
 #[derive(Clone, Copy, Default)]
 struct There {
@@ -20,17 +23,27 @@ struct There {
 
 #[derive(Default)]
 struct Row {
-    /// Jobs that died under it alone since it finished one, and when.
+    /// Jobs that died under the name alone since it finished one, and when.
     alone: BTreeMap<Job, Millis>,
     /// When a job that had died under it was finished by another.
     blamed: Vec<Millis>,
+}
+
+impl Row {
+    /// The blame that no pause has cleared, whoever came after it.
+    fn standing(&self, now: Millis) -> &[Millis] {
+        let next = |at: usize| self.blamed.get(at + 1).copied().unwrap_or(now);
+        let paused = |at: &usize| self.blamed[*at] + CLEARED <= next(*at);
+        let from = (0..self.blamed.len()).rev().find(paused).map_or(0, |at| at + 1);
+        &self.blamed[from..]
+    }
 }
 
 /// This life's account of the deaths.
 #[derive(Default)]
 pub(super) struct Deaths {
     there: BTreeMap<Worker, There>,
-    rows: BTreeMap<Worker, Row>,
+    rows: BTreeMap<WorkerName, Row>,
 }
 
 impl Deaths {
@@ -45,7 +58,9 @@ impl Deaths {
 
     pub(super) fn hear(&mut self, now: Millis, worker: Worker) {
         let there = self.there.entry(worker).or_default();
-        if there.heard.is_none() {
+        // One that was silent for so long may have counted as gone.
+        let patience = Timing::test().patience();
+        if there.heard.is_none_or(|heard| heard + patience <= now) {
             there.since = now;
         }
         (there.heard, there.gone) = (Some(now), false);
@@ -58,9 +73,9 @@ impl Deaths {
     }
 
     /// An attempt died.
-    pub(super) fn died(&mut self, now: Millis, (worker, job): (Worker, Job), alone: bool) {
+    pub(super) fn died(&mut self, now: Millis, (name, job): (WorkerName, Job), alone: bool) {
         if alone {
-            self.rows.entry(worker).or_default().alone.entry(job).or_insert(now);
+            self.rows.entry(name).or_default().alone.entry(job).or_insert(now);
         } else {
             self.forget(job);
         }
@@ -71,15 +86,15 @@ impl Deaths {
         self.rows.values_mut().for_each(|row| row.alone.retain(|known, _| *known != job));
     }
 
-    /// A worker finished a job that had died under these.
+    /// A worker of this name finished a job that had died under these.
     pub(super) fn finished(
         &mut self,
         now: Millis,
-        worker: Worker,
-        killers: impl Iterator<Item = Worker>,
+        name: WorkerName,
+        killers: impl Iterator<Item = WorkerName>,
     ) {
-        self.rows.entry(worker).or_default().alone.clear();
-        for killer in killers.filter(|killer| *killer != worker) {
+        self.rows.entry(name).or_default().alone.clear();
+        for killer in killers.filter(|killer| *killer != name) {
             self.rows.entry(killer).or_default().blamed.push(now);
         }
     }
@@ -91,13 +106,14 @@ impl Checker {
         &self,
         (now, since): (Millis, Millis),
         need: Skills,
-        but: impl Fn(&Worker) -> bool,
+        but: impl Fn(&WorkerName) -> bool,
     ) -> bool {
         let lease = self.timing.lease;
         self.deaths.there.iter().any(|(worker, there)| {
             let sure = there.heard.is_some_and(|heard| now - heard <= lease);
             let able = self.skills.get(worker).is_some_and(|skills| skills.meet(need));
-            sure && there.since <= since && able && !but(worker) && !self.drained.contains(worker)
+            let other = !but(&self.name(*worker)) && !self.drained.contains(worker);
+            sure && there.since <= since && able && other
         })
     }
 
@@ -106,13 +122,14 @@ impl Checker {
         if self.drained.contains(&worker) {
             return wrong(Oracle::Drained, "granted to who was drained");
         }
+        let name = self.name(worker);
         let killers = self.jobs.get(&job).map(|known| &known.killers);
-        if let Some(killers) = killers.filter(|killers| killers.contains(&worker))
+        if let Some(killers) = killers.filter(|killers| killers.contains(&name))
             && self.another((now, now), self.plan.need(job), |other| killers.contains(other))
         {
             return wrong(Oracle::Spared, "granted where it died, and another could have it");
         }
-        let (Some(row), Some(skills)) = (self.deaths.rows.get(&worker), self.skills.get(&worker))
+        let (Some(row), Some(skills)) = (self.deaths.rows.get(&name), self.skills.get(&worker))
         else {
             return Ok(());
         };
@@ -123,12 +140,14 @@ impl Checker {
         };
         let untried = |(job, died): &(&Job, &Millis)| {
             let known = self.jobs.get(job);
+            let own = |by: Option<Worker>| by.is_some_and(|by| self.name(by) == name);
             **died + self.timing.lease <= asked
-                && known.is_some_and(|k| !k.over && k.holders.is_empty() && k.last == Some(worker))
+                && now < **died + CLEARED
+                && known.is_some_and(|k| !k.over && k.holders.is_empty() && own(k.last))
         };
         let alone = row.alone.iter().filter(untried).count() >= most;
-        let blamed = row.blamed.get(most - 1).is_some_and(|at| *at <= asked);
-        if (alone || blamed) && self.another((now, asked), *skills, |other| *other == worker) {
+        let blamed = row.standing(now).get(most - 1).is_some_and(|at| *at <= asked);
+        if (alone || blamed) && self.another((now, asked), *skills, |other| *other == name) {
             let text = format!("it goes on, and jobs die under it: alone {alone}, blamed {blamed}");
             return wrong(Oracle::Drained, text);
         }
@@ -167,7 +186,11 @@ impl Checker {
         let new = self.drained.insert(worker);
         let most = self.timing.max_blame as usize;
         let skills = self.skills.get(&worker).copied().unwrap_or(Skills::NONE);
-        let row = self.deaths.rows.entry(worker).or_default();
+        let name = self.name(worker);
+        if cause == Cause::Asked {
+            self.by_hand.insert(worker);
+        }
+        let row = self.deaths.rows.entry(name).or_default();
         let guilty = match cause {
             Cause::Asked => event == Event::Drain(worker),
             Cause::Before => !new,
@@ -176,7 +199,7 @@ impl Checker {
         };
         let left = self.deaths.there.iter().any(|(other, there)| {
             let able = self.skills.get(other).is_some_and(|have| have.meet(skills));
-            able && !there.gone && !self.drained.contains(other)
+            able && !there.gone && self.name(*other) != name && !self.drained.contains(other)
         });
         let wished = matches!(cause, Cause::Asked | Cause::Before);
         if guilty && (left || wished) {

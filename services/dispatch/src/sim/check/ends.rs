@@ -46,12 +46,13 @@ impl Checker {
         if matches!(loss, Loss::Silent | Loss::Down) {
             self.deaths.doubt(worker, false);
         }
+        let name = self.name(worker);
         let known = self.jobs.entry(job).or_default();
         known.holders.remove(&epoch);
         if guilty {
             known.crashes += 1;
-            known.killers.insert(worker);
-            self.deaths.died(now, (worker, job), known.killers.len() == 1);
+            known.killers.insert(name);
+            self.deaths.died(now, (name, job), known.killers.len() == 1);
         }
         Ok(())
     }

@@ -41,6 +41,10 @@ impl Checker {
         {
             return wrong(Oracle::Hedge, format!("{} hold it already", known.holders.len()));
         }
+        let (own, mut held) = (self.names.get(&worker), known.holders.iter());
+        if held.any(|e| self.held.get(e).is_some_and(|h| self.names.get(&h.worker) == own)) {
+            return wrong(Oracle::Hedge, "the same name holds it already");
+        }
         known.grants += 1;
         known.holders.insert(epoch);
         known.last = Some(worker);

@@ -110,12 +110,21 @@ impl Checker {
         self.mourned(job);
     }
 
-    /// A worker gives a job back.
-    pub(super) fn returned(&mut self, job: Job, epoch: Epoch) {
-        if !self.held.contains_key(&epoch) {
+    /// A worker gives a job back; another that is at it goes on.
+    pub(super) fn returned(&mut self, now: Millis, (worker, job, epoch): (Worker, Job, Epoch)) {
+        let held = self.jobs.get(&job).is_some_and(|known| !known.holders.is_empty());
+        if !self.held.contains_key(&epoch) && !held && !self.is_at(now, worker, job) {
             self.mourned(job);
             self.lives.claimants.remove(&job);
         }
+    }
+
+    /// Whether another than this worker is heard to be at a job that no run has opened.
+    fn is_at(&self, now: Millis, worker: Worker, job: Job) -> bool {
+        self.lives.at.get(&job).filter(|(at, _)| *at != worker).is_some_and(|(_, epoch)| {
+            let heard = self.lives.renewals.get(epoch).map(|(heard, _)| *heard);
+            heard.is_some_and(|heard| now < heard + self.timing.lease)
+        })
     }
 
     /// A renewal by a grant of an earlier life.
@@ -143,7 +152,7 @@ impl Checker {
             return wrong(Oracle::Anew, "stopped at what nobody else has");
         }
         self.lives.renewals.insert(epoch, (now, begun));
-        if self.is_inherited(job) {
+        if self.is_inherited(job) && !self.is_at(now, worker, job) {
             self.lives.at.insert(job, (worker, epoch));
         }
         Ok(())

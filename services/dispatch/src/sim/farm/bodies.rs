@@ -7,7 +7,8 @@ use crate::*;
 impl Farm {
     pub(super) fn born(&mut self, place: usize) -> Result<(), Wrong> {
         let worker = Worker(self.rng.next());
-        self.check.hired(worker, self.plan.workers[place]);
+        let name = self.plan.name(worker, place);
+        self.check.hired(worker, self.plan.workers[place], name);
         self.places.insert(worker, place);
         let sick = self.bad(self.plan.chaos.sick) && self.bodies.len() < 3;
         let sick = sick || self.plan.bad.contains(&place);

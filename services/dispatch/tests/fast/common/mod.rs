@@ -49,10 +49,19 @@ impl Pool {
         granted(&said, worker)
     }
 
+    /// The same, of a worker that is called so.
+    pub(crate) fn ask_as(&mut self, name: u64, worker: u64) -> Option<(Job, Epoch)> {
+        self.seq += 1;
+        let worker = Worker(worker);
+        let said = self.step(poll_as(name, worker, self.seq));
+        granted(&said, worker)
+    }
+
     pub(crate) fn done(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
         let (worker, digest, outcome) = (Worker(worker), Digest(job.0), Outcome::Broken);
         let (build, prior) = (BUILD, Prior::Nothing);
-        self.step(Event::Commit { worker, job, epoch, build, digest, outcome, prior })
+        let name = own_name(worker);
+        self.step(Event::Commit { worker, name, job, epoch, build, digest, outcome, prior })
     }
 
     pub(crate) fn renew(&mut self, worker: u64, (job, epoch): (Job, Epoch)) {
@@ -73,12 +82,27 @@ pub(crate) fn opening(run: u64, k: u64) -> Event {
 pub(crate) const BUILD: Build = Build([1; 32]);
 
 pub(crate) fn renewal(worker: u64, (job, epoch): (Job, Epoch), begun: bool) -> Event {
-    let (build, skills) = (BUILD, Skills::ALL);
-    Event::Renew { worker: Worker(worker), job, epoch, begun, build, skills }
+    let (worker, build, skills) = (Worker(worker), BUILD, Skills::ALL);
+    Event::Renew { worker, job, epoch, begun, build, skills, name: own_name(worker) }
 }
 
 pub(crate) fn poll(worker: Worker, seq: u64, skills: Skills) -> Event {
-    Event::Poll { worker, seq, slots: 1, park: true, build: BUILD, skills }
+    let name = own_name(worker);
+    Event::Poll { worker, seq, slots: 1, park: true, build: BUILD, skills, name }
+}
+
+/// The name of a worker of which the test says nothing else.
+fn own_name(worker: Worker) -> WorkerName {
+    WorkerName(worker.0)
+}
+
+/// The question of a worker that is called so.
+pub(crate) fn poll_as(called: u64, worker: Worker, seq: u64) -> Event {
+    let mut event = poll(worker, seq, Skills::ALL);
+    if let Event::Poll { name, .. } = &mut event {
+        *name = WorkerName(called);
+    }
+    event
 }
 
 pub(crate) fn granted(said: &[Effect], to: Worker) -> Option<(Job, Epoch)> {
