@@ -1,4 +1,4 @@
-//! Workers under which jobs die: which of them get no more.
+//! Workers under which jobs die: which of them get no more, and which only what nobody else can do.
 
 use crate::effect::{Cause, Effect};
 use crate::event::{Job, Millis, Worker, WorkerName};
@@ -31,7 +31,14 @@ pub(crate) fn blame(
             continue;
         }
         // One that is gone is looked at when it asks again.
-        for worker in record.there.clone() {
+        let there = record.there.clone();
+        #[cfg(test)]
+        let killer = if pool.is(Mutant::DoubtUnheeded) { WorkerName(u64::MAX) } else { killer };
+        let new = pool.worker_table.doubt(killer);
+        for worker in there {
+            if new {
+                out.push(Effect::Doubted { worker });
+            }
             if pool.worker_table.spares(worker) {
                 drain(pool, worker, Cause::Blamed, out);
             }
@@ -39,7 +46,8 @@ pub(crate) fn blame(
     }
 }
 
-/// Why a worker is to get no more, if it is. Never the last that can do what it can.
+/// Why a worker is to get no more, if it is. Never the last that can do what it can: of a doubted
+/// name, that one gets what nobody else can do.
 ///
 /// Different jobs died under it, it has finished none since, and nobody else has been free to
 /// try them for as long as a lease lasts. So long, as a run may be full of jobs that kill

@@ -158,6 +158,12 @@ pub enum Effect {
         /// The cause.
         cause: Cause,
     },
+    /// Jobs that others finish die under the name of a worker: it gets what nobody else can do. Say
+    /// so aloud.
+    Doubted {
+        /// The worker under which the last of them died, or another of its name.
+        worker: Worker,
+    },
     /// Answer a renewal: go on.
     Renewed {
         /// The worker concerned.

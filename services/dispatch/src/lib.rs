@@ -49,7 +49,8 @@
 //! - a worker gets no more if jobs died under it that others finished; or that died under it and
 //!   nowhere else, one after another, and that nobody else has been free to try for a lease. A job
 //!   that dies elsewhere too is no longer held against it, and the last worker that can do what it
-//!   can stays; who was drained by hand is drained in the next life too;
+//!   can stays, in the first case for what nobody else can do; who was drained by hand is drained
+//!   in the next life too;
 //! - the workers are shared evenly between tenants, and within a tenant by priority; a run that has
 //!   waited too long lets one other pass and goes next, so none starves;
 //! - a job that takes much longer than its run's others gets one duplicate, if a worker is idle;

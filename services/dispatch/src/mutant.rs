@@ -54,6 +54,8 @@ pub(crate) enum Mutant {
     KillerAgain,
     /// A worker under which one job after another dies gets more.
     NeverDrained,
+    /// A worker that can do what nobody else can gets all the rest, whatever dies under it.
+    DoubtUnheeded,
     /// A job that died under others too counts against each, and at once.
     BlameStays,
     /// Each process of a name counts for itself.

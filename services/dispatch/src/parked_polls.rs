@@ -3,9 +3,10 @@
 use crate::event::{Millis, Skills, Worker};
 use std::collections::BTreeMap;
 
-/// Workers of one kind looked at for one under whom a job has not died yet: one more than it can
-/// have died under, and still have an attempt left.
-const MAX_LOOK: usize = 8;
+/// Workers of one kind looked at for one under whom a job has not died yet: one more than four
+/// processes of each name that it can have died under and still have an attempt left, and of one
+/// that is doubted.
+const MAX_LOOK: usize = 33;
 
 /// A question that waits.
 #[derive(Clone, Copy, Debug)]

@@ -11,7 +11,7 @@ use crate::leases::{Lease, Stage};
 use crate::mutant::Mutant;
 use crate::parked_polls::{Asker, ParkedPolls, Ticket};
 use crate::state::PoolState;
-use crate::worker_table::WorkerTable;
+use crate::worker_table::{WorkerState, WorkerTable};
 use crate::workers::drain;
 
 /// Attempts looked at for one that takes long.
@@ -119,7 +119,8 @@ pub(crate) fn grant(pool: &mut PoolState, now: Millis, out: &mut Vec<Effect>) {
         let will = false;
         let can = |ask: &Ask| {
             let fit = || {
-                ask.killers.is_empty() || asker(parked, worker_table, ask, avoids_killers).is_some()
+                let anybody = ask.killers.is_empty() && !worker_table.has_doubts();
+                anybody || asker(parked, worker_table, ask, avoids_killers).is_some()
             };
             will || parked.can(ask.need) && fit()
         };
@@ -154,7 +155,8 @@ pub(crate) fn asker_for(pool: &PoolState, job: Job) -> Option<Ticket> {
 /// The question of the worker that found what a job starts from, if it waits and the worker may
 /// have the job.
 fn maker_asking(worker_table: &WorkerTable, maker: Worker, ask: &Ask) -> Option<Ticket> {
-    let state = worker_table.get(&maker).filter(|state| !state.drained)?;
+    let sound = |state: &&WorkerState| !state.drained && !worker_table.doubts(state.name);
+    let state = worker_table.get(&maker).filter(sound)?;
     state.parked.filter(|_| state.skills.meet(ask.need) && !ask.killers.contains(&state.name))
 }
 
@@ -224,6 +226,7 @@ pub(crate) fn hedge(pool: &mut PoolState, now: Millis, out: &mut Vec<Effect>) {
             worker != lease.worker
                 && pool.worker_table.name(worker) != name
                 && pool.build_of(worker) == build
+                && !doubted(&pool.worker_table, worker)
         };
         let Some(ticket) = pool.parked.first(record.ask.need, other) else {
             continue;
@@ -239,20 +242,31 @@ fn died_under(ask: &Ask, worker_table: &WorkerTable, worker: Worker) -> bool {
     worker_table.name(worker).is_some_and(|name| ask.killers.contains(&name))
 }
 
-/// The worker that has waited longest, of those under whom the job has not died. One under whom it
-/// has gets it only if there is nobody else, not even a busy one: else the job waits for that one.
+fn doubted(worker_table: &WorkerTable, worker: Worker) -> bool {
+    worker_table.name(worker).is_some_and(|name| worker_table.doubts(name))
+}
+
+/// The worker that has waited longest, of those under whom the job has not died and whose name is
+/// not doubted. One of a doubted name gets it only if there is nobody else, not even a busy one:
+/// else the job waits for that one. One under whom it has died gets it only after those.
 fn asker(
     parked: &ParkedPolls,
     worker_table: &WorkerTable,
     ask: &Ask,
     avoids_killers: bool,
 ) -> Option<Ticket> {
-    if ask.killers.is_empty() {
+    if ask.killers.is_empty() && !worker_table.has_doubts() {
         return parked.first(ask.need, |_| true);
     }
-    let clean = parked.first(ask.need, |worker| !died_under(ask, worker_table, worker));
-    clean.or_else(|| {
-        let nobody = !avoids_killers || !worker_table.others(ask);
-        parked.first(ask.need, |_| nobody)
-    })
+    let clean = |worker: &Worker| !died_under(ask, worker_table, *worker);
+    let sound = |worker: &Worker| clean(worker) && !doubted(worker_table, *worker);
+    let found = parked.first(ask.need, |worker| sound(&worker));
+    if found.is_some() || avoids_killers && worker_table.sound_others(ask) {
+        return found;
+    }
+    let found = parked.first(ask.need, |worker| clean(&worker));
+    if found.is_some() || avoids_killers && worker_table.others(ask) {
+        return found;
+    }
+    parked.first(ask.need, |_| true)
 }

@@ -54,6 +54,9 @@ pub(crate) struct WorkerState {
 pub(crate) struct WorkerTable {
     workers: ByWorker<WorkerState>,
     names: BTreeMap<WorkerName, NameRecord>,
+    /// Names under which jobs die that others finish: they get what nobody else can do, whatever
+    /// they say that they can.
+    doubted: BTreeSet<WorkerName>,
     /// Those that are there and not drained, by what they can do.
     kinds: BTreeMap<Skills, usize>,
     /// Who is not known yet, and gets nothing when it is.
@@ -93,8 +96,32 @@ impl WorkerTable {
 
     /// Whether somebody is there, busy or not, who can do the job and under whom it has not died.
     pub(crate) fn others(&self, ask: &Ask) -> bool {
-        let killers = ask.killers.iter().map(|name| self.able_of(*name, ask.need));
-        self.able(ask.need) > killers.sum()
+        self.beside(ask.need, ask.killers.iter())
+    }
+
+    /// Whether one of those is not doubted either.
+    pub(crate) fn sound_others(&self, ask: &Ask) -> bool {
+        let doubted = self.doubted.iter().filter(|name| !ask.killers.contains(name));
+        self.beside(ask.need, ask.killers.iter().chain(doubted))
+    }
+
+    fn beside<'a>(&self, need: Skills, names: impl Iterator<Item = &'a WorkerName>) -> bool {
+        self.able(need) > names.map(|name| self.able_of(*name, need)).sum()
+    }
+
+    /// Whether jobs die under workers of this name.
+    pub(crate) fn doubts(&self, name: WorkerName) -> bool {
+        self.doubted.contains(&name)
+    }
+
+    /// Whether some name is doubted.
+    pub(crate) fn has_doubts(&self) -> bool {
+        !self.doubted.is_empty()
+    }
+
+    /// Jobs that others finish die under workers of this name; whether that is new.
+    pub(crate) fn doubt(&mut self, name: WorkerName) -> bool {
+        self.doubted.insert(name)
     }
 
     /// How many of a name are there who can do it.
@@ -136,6 +163,7 @@ impl WorkerTable {
         let record = self.names.entry(name).or_default();
         if record.there.is_empty() && record.blamed_at + CLEARED <= now {
             (record.blame, record.alone) = (0, Vec::new());
+            self.doubted.remove(&name);
         }
         record.workers.insert(worker);
         let state = WorkerState {
@@ -213,6 +241,7 @@ impl WorkerTable {
             record.workers.remove(&worker);
             if record.workers.is_empty() {
                 self.names.remove(&name);
+                self.doubted.remove(&name);
             }
         }
     }

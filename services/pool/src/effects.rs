@@ -61,6 +61,10 @@ impl Shell {
                     "worker drained: it gets no further job"
                 );
             }
+            Effect::Doubted { worker } => tracing::warn!(
+                worker = self.name(worker),
+                "jobs that others finished have died under this name: it gets what no other can do"
+            ),
             Effect::Lost { job, worker, epoch, loss, charged } => {
                 self.lost(job, (worker, epoch), (loss, charged));
             }

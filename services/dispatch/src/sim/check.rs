@@ -61,6 +61,8 @@ pub(super) enum Oracle {
     Spared,
     /// Who only kills gets no more; who does not, or is the last, stays.
     Drained,
+    /// Who only kills gets nothing that another can do, whatever it says that it can do beside.
+    Doubted,
     /// What was at work when the coordinator ended is not begun anew.
     Anew,
     /// No job of a chain is opened before the one whose result it starts from is done.
@@ -457,6 +459,11 @@ impl Checker {
                 return wrong(Oracle::Truth, "alarm over equal results");
             }
             Effect::Stall { job, reason, attempts } => self.stall(now, (job, reason, attempts))?,
+            Effect::Doubted { worker } => {
+                if !self.doubtful(self.name(worker)) {
+                    return wrong(Oracle::Doubted, "told of a name under which too few died");
+                }
+            }
             Effect::Drained { worker, cause } => {
                 self.unparked(worker);
                 self.sent_away(event, worker, cause)?;

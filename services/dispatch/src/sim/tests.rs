@@ -11,7 +11,7 @@ const SCHEDULES: u64 = 20_000;
 const MUTANT_SCHEDULES: u64 = 5_000;
 
 /// Each planted bug, and the oracle that is meant for it.
-const MUTANTS: [(Mutant, Oracle); 37] = [
+const MUTANTS: [(Mutant, Oracle); 38] = [
     (Mutant::SettleAsTheyCome, Oracle::Order),
     (Mutant::PollMintsTwice, Oracle::Poll),
     (Mutant::NoExpiry, Oracle::Live),
@@ -37,6 +37,7 @@ const MUTANTS: [(Mutant, Oracle); 37] = [
     (Mutant::KeptOfNobody, Oracle::Alarm),
     (Mutant::KillerAgain, Oracle::Spared),
     (Mutant::NeverDrained, Oracle::Drained),
+    (Mutant::DoubtUnheeded, Oracle::Doubted),
     (Mutant::BlameStays, Oracle::Drained),
     (Mutant::BlameBySession, Oracle::Spared),
     (Mutant::HedgedAtHome, Oracle::Hedge),

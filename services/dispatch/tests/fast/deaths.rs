@@ -366,3 +366,42 @@ fn the_last_name_that_can_do_something_stays_whatever_number_of_processes_has_it
         pool.pass(Timing::test().lease);
     }
 }
+
+/// One that says it can do everything is the last that can, and is not sent away: it gets what
+/// nobody else can do.
+#[test]
+fn a_doubted_name_gets_only_what_nobody_else_can_do() {
+    let mut pool = Pool::new();
+    pool.begin(1, 1, 4);
+    let plain = |pool: &mut Pool| {
+        pool.seq += 1;
+        let said = pool.step(poll(Worker(9), pool.seq, Skills(1)));
+        granted(&said, Worker(9))
+    };
+    for k in 0..3 {
+        pool.open(1, k);
+        let bad = pool.ask_as(1, 11).expect("a job");
+        crash(&mut pool, 11, bad);
+        pool.pass(300);
+        let good = plain(&mut pool).expect("the job again");
+        let said = pool.done(9, good);
+        assert!(!said.iter().any(|it| matches!(it, Effect::Drained { .. })), "{said:?}");
+    }
+    pool.open(1, 10);
+    let busy = plain(&mut pool).expect("a job");
+    pool.open(1, 11);
+    // Not even while the other is busy, and not under another of its sessions.
+    assert_eq!((pool.ask_as(1, 11), pool.ask_as(1, 12)), (None, None));
+    let said = pool.done(9, busy);
+    assert!(!said.iter().any(|it| matches!(it, Effect::Grant { .. })), "{said:?}");
+    assert_eq!(plain(&mut pool).map(|(got, _)| got), Some(job(11)));
+    let rare = Event::Open {
+        run: Run(1),
+        job: job(12),
+        need: Skills(2),
+        after: None,
+        prior: Prior::Nothing,
+    };
+    let said = pool.step(rare);
+    assert!(granted(&said, Worker(11)).is_some(), "nobody else can do it: {said:?}");
+}

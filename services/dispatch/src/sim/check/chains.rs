@@ -67,7 +67,8 @@ impl Checker {
             return Ok(());
         };
         let waits = self.chains.parked.contains_key(&maker);
-        let innocent = !known.killers.contains(&self.name(maker));
+        let name = self.name(maker);
+        let innocent = !known.killers.contains(&name) && !self.doubtful(name);
         if maker != worker && waits && self.able(maker, job) && innocent {
             return wrong(Oracle::Maker, "granted past the worker that made what it starts from");
         }
@@ -84,7 +85,8 @@ impl Checker {
             for job in &run.jobs[run.settled..run.opened] {
                 let known = &self.jobs[job];
                 let fresh = known.grants == 0 && !known.over && known.wants.contains_key(&index);
-                let free = || self.chains.parked.keys().any(|worker| self.able(*worker, *job));
+                let sound = |worker| self.able(worker, *job) && !self.doubtful(self.name(worker));
+                let free = || self.chains.parked.keys().any(|worker| sound(*worker));
                 if fresh && !self.lives.waits(now, job) && free() {
                     return wrong(Oracle::Idle, "a job waits, and a worker that can do it, too");
                 }

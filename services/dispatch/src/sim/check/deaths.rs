@@ -117,6 +117,13 @@ impl Checker {
         })
     }
 
+    /// Whether jobs died under this name so often that it may count as doubted.
+    pub(super) fn doubtful(&self, name: WorkerName) -> bool {
+        let row = self.deaths.rows.get(&name);
+        let most = self.timing.max_blame as usize;
+        row.is_some_and(|row| row.blamed.len() >= most)
+    }
+
     /// A job goes to somebody.
     pub(super) fn spared(&self, now: Millis, worker: Worker, job: Job) -> Result<(), Wrong> {
         if self.drained.contains(&worker) {
@@ -150,6 +157,15 @@ impl Checker {
         if (alone || blamed) && self.another((now, asked), *skills, |other| *other == name) {
             let text = format!("it goes on, and jobs die under it: alone {alone}, blamed {blamed}");
             return wrong(Oracle::Drained, text);
+        }
+        // Whatever it says that it can do beside.
+        let died = |other: &WorkerName| killers.is_some_and(|killers| killers.contains(other));
+        let unfit = |other: &WorkerName| *other == name || self.doubtful(*other) || died(other);
+        if blamed && self.another((now, asked), self.plan.need(job), unfit) {
+            return wrong(
+                Oracle::Doubted,
+                "granted under a doubted name, and another could have it",
+            );
         }
         Ok(())
     }
