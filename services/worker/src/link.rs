@@ -6,11 +6,12 @@ use cullet_proto::pool::{self, QuestionRefusal};
 use cullet_proto::{SessionId, WorkerId, transport};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use zenoh::Wait;
+use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::ConsolidationMode;
@@ -21,6 +22,10 @@ const POLL: Duration = Duration::from_secs(30);
 const BULK: Duration = Duration::from_secs(30);
 /// Anything small.
 const CONTROL: Duration = Duration::from_secs(5);
+
+/// Where the link is up and nobody has answered for so long, it is made anew: of one that was cut
+/// while it was made, each end may keep a half of its own that the other knows nothing of.
+const DEAF: Duration = Duration::from_secs(if cfg!(test) { 2 } else { 60 });
 
 /// How often one that waits looks whether it is to stop.
 const LOOK: Duration = Duration::from_millis(50);
@@ -42,12 +47,13 @@ const UNABLE: &str = "Unable to connect";
 
 /// Settings with which a link is tried, in turn: the transport waits without end for the first of
 /// several places, unless another number is given; once it was connected, it looks at them all.
-fn turns(config: &WorkerConfig) -> Result<Vec<zenoh::Config>, String> {
+/// `soon`: nor does it wait for a single place.
+fn turns(config: &WorkerConfig, soon: bool) -> Result<Vec<zenoh::Config>, String> {
     let mut places = config.connect.clone();
     let mut all = Vec::new();
     for _ in &config.connect {
         let pairs = match places.len() {
-            1 => transport::worker(&places, config.patience),
+            1 if !soon => transport::worker(&places, config.patience),
             _ => transport::client(&places, config.patience, config.patience.open_ms),
         };
         let mut settings = zenoh::Config::default();
@@ -102,13 +108,68 @@ fn first_within(
 
 /// An open link to the coordinator, with the worker's liveliness token.
 pub(crate) struct CoordinatorLink {
-    link: zenoh::Session,
+    shared: Arc<SharedLink>,
+    /// For a link that is made anew.
+    turns: Vec<zenoh::Config>,
+    stop: Arc<AtomicBool>,
     coordinator: WorkerId,
     worker: WorkerId,
     place: String,
     certificate: Option<String>,
     pub(crate) session: SessionId,
+}
+
+struct OpenLink {
+    link: zenoh::Session,
     _alive: LivelinessToken,
+    /// When somebody answered, or it was made anew, last.
+    heard: Instant,
+}
+
+impl OpenLink {
+    fn new(link: zenoh::Session, key: String) -> zenoh::Result<Self> {
+        let _alive = link.liveliness().declare_token(key).wait()?;
+        Ok(Self { link, _alive, heard: Instant::now() })
+    }
+}
+
+/// The link, and what of it is going on.
+struct SharedLink {
+    open: Mutex<OpenLink>,
+    /// It is made anew now.
+    mending: AtomicBool,
+    closed: AtomicBool,
+}
+
+impl SharedLink {
+    fn lock(&self) -> MutexGuard<'_, OpenLink> {
+        self.open.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts another link in the place of the deaf one, if one can be had soon.
+    fn make_anew(&self, turns: &[zenoh::Config], key: &str, deaf: &zenoh::Session) {
+        let made = turns.iter().find_map(|settings| {
+            if self.closed.load(Ordering::Relaxed) {
+                return None;
+            }
+            let link = zenoh::open(settings.clone()).wait();
+            let made = link.and_then(|link| OpenLink::new(link, key.to_owned()));
+            made.map_err(|error| tracing::debug!("the link is not made anew: {error}")).ok()
+        });
+        let mut open = self.lock();
+        let Some(made) = made.filter(|_| !self.closed.load(Ordering::Relaxed)) else {
+            // The next try is due after as long a silence.
+            open.heard = Instant::now();
+            return;
+        };
+        let old = std::mem::replace(&mut *open, made);
+        drop(open);
+        // Telling the deaf end may take a while, and nobody waits for it.
+        drop(old);
+        if let Err(error) = deaf.close().wait() {
+            tracing::debug!("closing the deaf link: {error}");
+        }
+    }
 }
 
 impl CoordinatorLink {
@@ -127,21 +188,57 @@ impl CoordinatorLink {
             endpoints: config.connect.join(", "),
             text: transport::plain(&text),
         };
-        let turns = turns(config).map_err(failed)?;
-        let link = match first_within(config, turns) {
+        let link = match first_within(config, turns(config, false).map_err(failed)?) {
             Some(opened) => opened.map_err(failed)?,
             None => return Ok(None),
         };
         let key = keys::worker_live(&coordinator, &worker, session);
-        let alive = link.liveliness().declare_token(key).wait();
-        let _alive = alive.map_err(|e| failed(e.to_string()))?;
+        let open = OpenLink::new(link, key).map_err(|e| failed(e.to_string()))?;
         let (place, certificate) = (config.connect.join(", "), config.certificate.clone());
-        Ok(Some(Self { link, coordinator, worker, place, certificate, session, _alive }))
+        let [mending, closed] = [false, false].map(AtomicBool::new);
+        let shared = Arc::new(SharedLink { open: Mutex::new(open), mending, closed });
+        let turns = turns(config, true).map_err(failed)?;
+        let stop = Arc::clone(&config.stop);
+        Ok(Some(Self { shared, turns, stop, coordinator, worker, place, certificate, session }))
+    }
+
+    fn link(&self) -> zenoh::Session {
+        self.shared.lock().link.clone()
+    }
+
+    /// There was no answer. If the link is up, and nobody has answered for [`DEAF`] since it was
+    /// found to be so, another thread makes it anew: nobody waits for that.
+    fn mend(&self) {
+        let leaves = self.stop.load(Ordering::Relaxed);
+        if leaves || self.shared.mending.swap(true, Ordering::Relaxed) {
+            return;
+        }
+        let link = self.link();
+        let up = link.info().routers_zid().wait().next().is_some();
+        let deaf = {
+            let mut open = self.shared.lock();
+            if !up {
+                open.heard = Instant::now();
+            }
+            open.heard.elapsed() >= DEAF
+        };
+        let (shared, turns) = (Arc::clone(&self.shared), self.turns.clone());
+        let key = keys::worker_live(&self.coordinator, &self.worker, self.session);
+        let make = move || {
+            shared.make_anew(&turns, &key, &link);
+            shared.mending.store(false, Ordering::Relaxed);
+        };
+        let thread = std::thread::Builder::new().name("cullet-mend".to_owned());
+        if !deaf || thread.spawn(make).is_err() {
+            return self.shared.mending.store(false, Ordering::Relaxed);
+        }
+        let (place, seconds) = (&self.place, DEAF.as_secs());
+        tracing::warn!("connected to {place}, and nobody answers for {seconds} s: once more");
     }
 
     /// What may be wrong when nobody answers though the link is up: a denial is silence.
     pub(crate) fn unheard(&self) -> Option<String> {
-        self.link.info().routers_zid().wait().next()?;
+        self.link().info().routers_zid().wait().next()?;
         let Self { place, worker, certificate, .. } = self;
         let denied = certificate.as_ref().map(|name| {
             format!(
@@ -173,6 +270,25 @@ impl CoordinatorLink {
     ) -> Result<(A, Vec<u8>), NoAnswer> {
         let unreadable = |e: cullet_proto::WireError| NoAnswer::Unreadable(e.to_string());
         let bytes = pool::ask(question, bulk).map_err(unreadable)?;
+        let said = self.ask_once(stop, verb, bytes);
+        match &said {
+            // Who says goodbye, or waits no more, has no use for another link.
+            Err(NoAnswer::Silence) if verb == WorkerVerb::Bye || stop.load(Ordering::Relaxed) => {}
+            Err(NoAnswer::Silence) => self.mend(),
+            Ok(_) | Err(_) => self.shared.lock().heard = Instant::now(),
+        }
+        let bytes = said?;
+        let bytes = bytes.to_bytes();
+        let (answer, bulk) = pool::read_answer(&bytes).map_err(unreadable)?;
+        Ok((answer, bulk.to_vec()))
+    }
+
+    fn ask_once(
+        &self,
+        stop: &AtomicBool,
+        verb: WorkerVerb,
+        bytes: Vec<u8>,
+    ) -> Result<ZBytes, NoAnswer> {
         // Bulk must not hold up renewals behind it; an answer inherits its question's priority.
         let (priority, patience) = match verb {
             WorkerVerb::Chunk | WorkerVerb::Fetch => (Priority::DataLow, BULK),
@@ -184,7 +300,7 @@ impl CoordinatorLink {
         };
         // The transport's own channel calls it an error if nobody takes a late answer.
         let (send, replies) = channel();
-        self.link
+        self.link()
             .get(keys::worker_rpc(&self.coordinator, &self.worker, verb))
             .payload(bytes)
             .consolidation(ConsolidationMode::None)
@@ -202,11 +318,7 @@ impl CoordinatorLink {
             }
         };
         match reply.into_result() {
-            Ok(sample) => {
-                let bytes = sample.payload().to_bytes();
-                let (answer, bulk) = pool::read_answer(&bytes).map_err(unreadable)?;
-                Ok((answer, bulk.to_vec()))
-            }
+            Ok(sample) => Ok(sample.payload().clone()),
             // A refusal that is none of ours is Zenoh's own: a timeout.
             Err(error) => Err(pool::read_refusal(&error.payload().to_bytes())
                 .map_or(NoAnswer::Silence, NoAnswer::Refused)),
@@ -214,8 +326,58 @@ impl CoordinatorLink {
     }
 
     pub(crate) fn close(&self) {
-        if let Err(error) = self.link.close().wait() {
+        self.shared.closed.store(true, Ordering::Relaxed);
+        if let Err(error) = self.link().close().wait() {
             tracing::debug!("closing the link: {error}");
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cullet_proto::pool::{Acknowledged, Bye};
+    use cullet_proto::transport::Patience;
+
+    /// A router of which nobody answers stands for a link of which the coordinator hears nothing.
+    #[test]
+    fn a_link_that_is_up_and_deaf_is_made_anew() {
+        let port = std::net::TcpListener::bind("127.0.0.1:0").and_then(|it| it.local_addr());
+        let place = format!("tcp/{}", port.expect("a port"));
+        let mut settings = zenoh::Config::default();
+        for (path, value) in transport::router(&place, Patience::test()) {
+            settings.insert_json5(path, &value).expect("a setting");
+        }
+        let router = zenoh::open(settings).wait().expect("a router");
+        let (connect, patience) = (vec![place], Patience::test());
+        let config = WorkerConfig { connect, patience, ..WorkerConfig::default() };
+        let session = SessionId(7);
+        let begun = Instant::now();
+        let link = CoordinatorLink::open(&config, session).expect("a link").expect("it is there");
+        let first = link.link().zid();
+        let ask = || {
+            let bye = Bye { session };
+            std::thread::sleep(LOOK);
+            link.ask::<_, Acknowledged>(WorkerVerb::Fail, &bye, &[])
+        };
+        while link.link().zid() == first {
+            assert!(matches!(ask(), Err(NoAnswer::Silence)));
+            assert!(begun.elapsed() < 20 * DEAF, "it is the same link still");
+        }
+        assert!(begun.elapsed() >= DEAF, "{:?}", begun.elapsed());
+        // One that was answered a moment ago stays, also when it was up for long.
+        let key = keys::worker_rpc(&link.coordinator, &link.worker, WorkerVerb::Fail);
+        let answer = pool::answer(&Acknowledged, &[]).expect("an answer");
+        let answering = router.declare_queryable(&key).callback(move |query| {
+            query.reply(query.key_expr().clone(), answer.clone()).wait().expect("it answers");
+        });
+        let answering = answering.wait().expect("somebody answers");
+        let second = link.link().zid();
+        std::thread::sleep(DEAF);
+        ask().expect("an answer");
+        answering.undeclare().wait().expect("nobody answers any more");
+        assert!(matches!(ask(), Err(NoAnswer::Silence)));
+        std::thread::sleep(5 * LOOK);
+        assert_eq!(link.link().zid(), second);
     }
 }
