@@ -129,6 +129,30 @@ pub(crate) enum Command {
     Job(JobArgs),
 }
 
+impl Command {
+    /// Whether it asks a coordinator and does nothing else.
+    pub(crate) fn is_client(&self) -> bool {
+        matches!(
+            self,
+            Self::Submit(_)
+                | Self::Ps(_)
+                | Self::Show(_)
+                | Self::Logs(_)
+                | Self::Watch(_)
+                | Self::Wait(_)
+                | Self::Cancel(_)
+                | Self::Pause(_)
+                | Self::Resume(_)
+                | Self::Retry(_)
+                | Self::Delete(_)
+                | Self::Fetch(_)
+                | Self::Workers(_)
+                | Self::Drain(_)
+                | Self::Doctor(_)
+        )
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct JobArgs {
     /// The file: `job.bin` of a stalled run or from the quarantine

@@ -40,36 +40,8 @@ fn needed(command: &Command) -> Option<u64> {
         Command::Worker(_) | Command::Router(_) => BASE,
         Command::Bench(args) => BASE + workers(args.workers),
         Command::Frontier(args) => BASE + workers(Some(args.workers)),
-        Command::Submit(_)
-        | Command::Ps(_)
-        | Command::Show(_)
-        | Command::Logs(_)
-        | Command::Watch(_)
-        | Command::Wait(_)
-        | Command::Cancel(_)
-        | Command::Pause(_)
-        | Command::Resume(_)
-        | Command::Retry(_)
-        | Command::Delete(_)
-        | Command::Fetch(_)
-        | Command::Workers(_)
-        | Command::Drain(_)
-        | Command::Doctor(_) => CLIENT,
-        Command::Inspect(_)
-        | Command::Recover(_)
-        | Command::Report(_)
-        | Command::Preview(_)
-        | Command::Still(_)
-        | Command::Export(_)
-        | Command::Check(_)
-        | Command::OpenJob(_)
-        | Command::Materials(_)
-        | Command::Schema(_)
-        | Command::New(_)
-        | Command::Scenes(_)
-        | Command::Completions(_)
-        | Command::Man(_)
-        | Command::Job(_) => return None,
+        command if command.is_client() => CLIENT,
+        _ => return None,
     })
 }
 

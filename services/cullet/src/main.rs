@@ -90,30 +90,8 @@ fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
     exit::Exit::Usage.into()
 }
 
-/// Whether a command asks a coordinator and does nothing else.
-fn is_client(command: &Command) -> bool {
-    matches!(
-        command,
-        Command::Submit(_)
-            | Command::Ps(_)
-            | Command::Show(_)
-            | Command::Logs(_)
-            | Command::Watch(_)
-            | Command::Wait(_)
-            | Command::Cancel(_)
-            | Command::Pause(_)
-            | Command::Resume(_)
-            | Command::Retry(_)
-            | Command::Delete(_)
-            | Command::Fetch(_)
-            | Command::Workers(_)
-            | Command::Drain(_)
-            | Command::Doctor(_)
-    )
-}
-
 fn obey(command: &Command) -> Result<exit::Exit, exit::CommandError> {
-    if is_client(command) {
+    if command.is_client() {
         signals::end_when_told()?;
     }
     match command {

@@ -376,3 +376,21 @@ fn an_assembly_of_parts_that_touch_is_joined_exactly() {
     assert_volume(&one, sum, 1e-4);
     assert!(report.moved < 1e-5 * all.diagonal(), "{report}");
 }
+
+/// Four corners, two of them raised: along either diagonal two triangles span them, and along the
+/// other one those that close them.
+#[test]
+fn a_hole_is_never_closed_with_the_triangles_that_it_is_in() {
+    let vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]];
+    let vertices: Vec<Vec3> = vertices.map(Vec3::from).to_vec();
+    for triangles in [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]] {
+        let sheet = TriMesh { vertices: vertices.clone(), triangles: triangles.to_vec() };
+        let (mended, report) = repaired(&sheet);
+        assert_eq!((report.holes, report.hole_edges), (1, 4));
+        // The tetrahedron of the corners, or the half of it below or above the middle of the rim.
+        let whole = 1.0 / 6.0;
+        let volume = mended.signed_volume();
+        let right = [whole, whole / 2.0].iter().any(|v| (volume / v - 1.0).abs() < 1e-12);
+        assert!(right, "{volume}");
+    }
+}
