@@ -2,6 +2,7 @@
 
 use crate::exit::{CommandError, Exit};
 use cullet::{is_free_to_fetch, is_taken};
+use cullet_files::claim::hold_folder;
 use cullet_files::output::{next_folder, refuse_recording};
 use cullet_files::regular::words;
 use cullet_pool::{Fetching, ResultFile};
@@ -136,6 +137,7 @@ pub(crate) fn clear_run(folder: &Path) -> Result<(), CommandError> {
     if !has_run(folder) {
         return Ok(());
     }
+    let _held = hold_folder(folder).map_err(|error| CommandError::file(folder, error))?;
     let results = folder.join(RESULTS);
     ResultFile::delete_all(&results).map_err(|error| CommandError::file(&results, error))?;
     delete(folder, &OF_RUN)

@@ -2,6 +2,7 @@
 
 use super::build::build_of;
 use cullet_coordinator::run_here;
+use cullet_files::claim::hold_folder;
 use cullet_pool::{Build, LinkError, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use cullet_proto::service::WorkerInfo;
@@ -152,7 +153,7 @@ impl LocalPool {
     ///
     /// # Errors
     /// The world breaks down, a job is abandoned, or a file cannot be written; the recording so far
-    /// is then in `run.mcap.partial`.
+    /// is then in `run.mcap.partial`. Another run is being written into that folder.
     pub fn run(
         &self,
         scene: &Scene,
@@ -161,6 +162,7 @@ impl LocalPool {
     ) -> Result<Outcome, RunError> {
         let failed = |source| RunError::File { path: options.out.to_owned(), source };
         std::fs::create_dir_all(options.out).map_err(failed)?;
+        let _held = hold_folder(options.out).map_err(failed)?;
         run_here(scene, &self.pool.run(Share::default()), options, self.build, progress)
     }
 }
@@ -262,6 +264,23 @@ mod tests {
         }
         digests.dedup();
         assert_eq!(digests.len(), 1, "{digests:?}");
+    }
+
+    #[test]
+    fn a_folder_takes_one_run_at_a_time() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let stop = AtomicBool::new(false);
+        let workers = LocalWorkers::Threads { workers: 1, threads: 1 };
+        let options = RunOptions::new(folder.path(), &stop);
+        let mut second = None;
+        let mut meanwhile = |_: &News| {
+            second.get_or_insert_with(|| super::run(&ball(), &workers, &options, &mut |_| {}));
+        };
+        super::run(&ball(), &workers, &options, &mut meanwhile).expect("the first");
+        let refused = second.expect("some news").expect_err("while the first is written");
+        assert!(refused.to_string().contains("another run is being written"), "{refused}");
+        let whole = cullet_record::Recording::open(&folder.path().join("run.mcap"));
+        assert!(whole.expect("a recording").holes.is_empty());
     }
 
     #[test]

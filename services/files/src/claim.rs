@@ -54,6 +54,22 @@ fn clear_with(path: &Path, lock: &mut dyn FnMut(&File) -> Result<(), TryLockErro
     }
 }
 
+/// Locks a folder for as long as what is returned is kept, so that two processes do not write and
+/// delete the same files of it. Where a file system has no locks on folders, there is none.
+///
+/// # Errors
+/// Another holds it ([`ErrorKind::ResourceBusy`]).
+pub fn hold_folder(path: &Path) -> io::Result<Option<File>> {
+    let Ok(folder) = File::open(path) else { return Ok(None) };
+    match folder.try_lock() {
+        Ok(()) => Ok(Some(folder)),
+        Err(TryLockError::Error(_)) => Ok(None),
+        Err(TryLockError::WouldBlock) => {
+            Err(io::Error::new(ErrorKind::ResourceBusy, "another run is being written into it"))
+        }
+    }
+}
+
 /// Whether an error says that a file system has no locks at all.
 fn has_no_locks(error: &io::Error) -> bool {
     #[cfg(unix)]
@@ -85,10 +101,21 @@ fn is_at(_: &File, path: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{IDLE, clear_with, create, create_with};
+    use super::{IDLE, clear_with, create, create_with, hold_folder};
     use std::fs::{self, File, TryLockError};
     use std::io::ErrorKind;
     use std::time::{Duration, SystemTime};
+
+    #[test]
+    fn a_folder_is_held_by_one() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let held = hold_folder(folder.path()).expect("free");
+        assert!(held.is_some(), "no locks on folders here");
+        let second = hold_folder(folder.path()).map(|_| ()).map_err(|error| error.kind());
+        assert_eq!(second, Err(ErrorKind::ResourceBusy));
+        drop(held);
+        assert!(hold_folder(folder.path()).is_ok());
+    }
 
     #[test]
     fn a_file_that_is_deleted_before_it_is_locked_is_made_anew() {
