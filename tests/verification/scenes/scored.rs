@@ -88,8 +88,14 @@ fn sampled_cells_end_at_the_line() {
 #[test]
 fn a_scored_pane_breaks_along_its_line() {
     let line = [Vec3::new(0.03, -0.12, 0.0025), Vec3::new(0.07, 0.12, 0.0025)];
-    let (far, cell) = distances("scored-pane.toml", &[], line, 0.005);
-    assert!(cell > 0.0 && share(&far, cell) >= 0.95, "{cell} m: {far:?}");
+    let along = ["world.seed=1", "world.seed=2", "world.seed=3"].map(|seed| {
+        let (far, cell) = distances("scored-pane.toml", &[seed], line, 0.005);
+        assert!(cell > 0.0);
+        share(&far, cell)
+    });
+    // In one of several the crack leaves the line for a while.
+    assert!(along.iter().all(|share| *share >= 0.8), "{along:?}");
+    assert!(along.iter().sum::<f64>() >= 3.0 * 0.95, "{along:?}");
     let (far, cell) = distances("scored-pane.toml", &["body.pane.paint.0.factor=1"], line, 0.005);
     assert!(share(&far, cell) < 0.6, "{cell} m: {far:?}");
 }
