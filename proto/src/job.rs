@@ -14,7 +14,7 @@ use crate::strength;
 use cullet_model::{
     ArtDirection, BodyShape, BondedSolid, BrittleSettings, CrackFaceDetail, Hardening, Impact,
     JohnsonCook, Law, Material, PointPrecision, Problem, Settings, StrengthField, Support,
-    Treatment,
+    SurfaceLaw, Treatment,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -56,6 +56,7 @@ struct JobHeader {
     fallback: Option<String>,
     material: Material,
     strength: StrengthField,
+    surface: SurfaceLaw,
     painted: Option<(u32, f64)>,
     impacts: Vec<Impact>,
     supports: Vec<Support>,
@@ -123,9 +124,9 @@ impl LawAddition {
         codec::finite(what, &numbers)
     }
 
-    fn law(self, material: Material, strength: StrengthField) -> Law {
+    fn law(self, material: Material, strength: StrengthField, surface: SurfaceLaw) -> Law {
         match self {
-            Self::Brittle => Law::Brittle { material, strength },
+            Self::Brittle => Law::Brittle { material, strength, surface },
             Self::Treated(treatment) => Law::Treated { material, strength, treatment },
             Self::Yielding(hardening) => Law::Yielding { material, hardening },
             Self::JohnsonCook(flow) => Law::JohnsonCook { material, flow },
@@ -203,7 +204,7 @@ impl FractureJob {
         };
         let even = StrengthField::even();
         let (material, strength, addition) = match law {
-            Law::Brittle { material, strength } => (material, strength, LawAddition::Brittle),
+            Law::Brittle { material, strength, .. } => (material, strength, LawAddition::Brittle),
             Law::Treated { material, strength, treatment } => {
                 (material, strength, LawAddition::Treated(*treatment))
             }
@@ -216,12 +217,17 @@ impl FractureJob {
             Law::Bonded { material, bonds } => (material, &even, LawAddition::Bonded(*bonds)),
             _ => return Err(WireError::Unknown { what: "a job's law", kind: law.kind() }),
         };
+        let surface = match law {
+            Law::Brittle { surface, .. } => *surface,
+            _ => SurfaceLaw::of(material),
+        };
         let (vertices, triangles) = mesh::counts(solid)?;
         let header = JobHeader {
             solver: self.solver.clone(),
             fallback: self.fallback.clone(),
             material: *material,
             strength: StrengthField { vertices: None, ..strength.clone() },
+            surface,
             painted: strength::announced(strength)?,
             impacts: impacts.clone(),
             supports: supports.clone(),
@@ -275,7 +281,7 @@ impl FractureJob {
         slabs.end("a job")?;
         let problem = Problem {
             body: solid.into(),
-            law: addition.law(header.material, header.strength),
+            law: addition.law(header.material, header.strength, header.surface),
             impacts: header.impacts,
             supports: header.supports,
             spin: header.spin.into(),
@@ -328,6 +334,7 @@ impl JobHeader {
         let Material { density, young, poisson, failure_stress, fracture_energy } = self.material;
         let material = [density, young, poisson, failure_stress, fracture_energy];
         codec::finite("a job's material", &material)?;
+        codec::finite("a job's surface", &[self.surface.hardness, self.surface.friction])?;
         strength::check(&self.strength, ("a job's painted regions", "a job's strength"))?;
         for Impact { point, normal, impulse, duration, radius, energy, .. } in &self.impacts {
             codec::finite("a job's impacts", point.as_slice())?;

@@ -5,7 +5,7 @@ use crate::window::WindowJob;
 use cullet_geometry::{Pose, Solid, TriMesh, Vec3};
 use cullet_model::{
     ContinuumBody, ContinuumSetup, Impact, Law, Material, MembraneLaw, MembraneMaterial,
-    MembranePace, MembraneSheet, Problem, Settings, SheetAir, StrengthField, Window,
+    MembranePace, MembraneSheet, Problem, Settings, SheetAir, Window,
 };
 
 impl FractureJob {
@@ -41,7 +41,7 @@ impl FractureJob {
         };
         let problem = Problem {
             body: Solid::outer(TriMesh { vertices, triangles }).into(),
-            law: Law::Brittle { material, strength: StrengthField::even() },
+            law: Law::even(material),
             impacts: vec![impact],
             supports: Vec::new(),
             spin: Vec3::zeros(),

@@ -30,11 +30,11 @@ fn spent(law: Softening, seed: u64) -> f64 {
     particles.volume = quadrature::volumes(&points, &inside, Vec3::repeat(H), mesh.signed_volume());
     for (p, x) in points.iter().enumerate() {
         particles.strength[p] = if x.x.abs() > 0.7 * half { 10.0 } else { 1.0 };
-        if x.y + 0.5 * size.y < notch && x.x.abs() < 0.5 * H {
-            particles.damage[p] = 1.0;
-        }
     }
     let mut domain = Domain::new(particles, &BRITTLE, law, Vec3::repeat(H));
+    // A crack's tip is three quarters of a cell ahead of the last bond that is cut.
+    let sawn = |x: &Vec3| x.y + 0.5 * size.y < notch - 0.75 * H;
+    domain.sever(|a, b| a.x < 0.3 * H && b.x >= 0.3 * H && sawn(a) && sawn(b));
     let way = move |x: f64| Vec3::x() * (speed * (x / (0.9 * half)).clamp(-1.0, 1.0));
     domain.launch(|x| way(x.x));
     domain.prescribed =
@@ -64,7 +64,8 @@ fn f03_a_crack_spends_the_fracture_energy() {
     let mean = right.iter().sum::<f64>() / 3.0;
     let wrong = spent(Softening::new(&BRITTLE, H), 0);
     println!("{right:?} of G_f; {wrong} where the band is a spacing, not {BAND_WIDTH}");
-    assert!((mean - 1.0).abs() < 0.2, "{right:?}");
+    // What is damaged beside the crack of a bar that is pulled so fast is counted with it.
+    assert!((mean - 1.1).abs() < 0.15, "{right:?}");
     assert!(wrong > 1.5, "{wrong}");
 }
 

@@ -8,7 +8,7 @@ use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Solid, TriMesh, Vec3, shapes};
 use cullet_model::{
     BrittleProblem, Failure, Fragmentation, Impact, Material, Progress, Refusal, Settings,
-    StrengthField,
+    StrengthField, SurfaceLaw,
 };
 use cullet_worker::families::by_name;
 use std::sync::Arc;
@@ -90,6 +90,7 @@ pub(crate) fn problem(mesh: TriMesh, material: Material, impact: Impact) -> Brit
         solid: Arc::new(Solid::outer(mesh)),
         material,
         strength: StrengthField { seed: 7, ..StrengthField::default() },
+        surface: SurfaceLaw::of(&material),
         impacts: vec![impact],
         supports: Vec::new(),
         spin: Vec3::zeros(),

@@ -229,7 +229,7 @@ fn holds(file: &str, bytes: &[u8], family: &str) {
         count += 1;
     }
     println!("{file}, {family}: {count} triangles, {worst:.2e} off, {areas:?} m²");
-    assert!(worst < 1e-6, "{file}, {family}: texture coordinates are {worst:e} off");
+    assert!(worst < 5e-6, "{file}, {family}: texture coordinates are {worst:e} off");
     for area in areas {
         let right = 3.0 * SCALE * SCALE;
         assert!((area / right - 1.0).abs() < 1e-9, "{file}, {family}: {area} m² of {right}");

@@ -92,11 +92,15 @@ pub(super) fn value(row: &BTreeMap<String, serde_json::Value>, metric: &str) -> 
     row[metric]["value"].as_f64().unwrap_or(f64::NAN)
 }
 
-/// K2 on half the grid, where the kink's direction is too coarse to ask for.
+/// K2 on half the grid, where the kink's direction is too coarse to ask for, at three places of it.
 #[test]
 fn a_sheared_crack_kinks_when_it_must() {
-    let told = metrics("k2-shear", &["--set", "spacing=5mm"]);
-    assert_eq!(told[0]["critical shear"]["verdict"], "holds", "{told:#?}");
+    let sweep = r#"geometry.position=[0,"0.6 mm",0],[0,"2.5 mm",0],[0,"3.7 mm",0]"#;
+    let told = metrics("k2-shear", &["--set", "spacing=5mm", "--sweep", sweep]);
+    assert_eq!(told.len(), 3);
+    for row in &told {
+        assert_eq!(row["critical shear"]["verdict"], "holds", "{told:#?}");
+    }
 }
 
 /// K4's mixes over four directions of the grid: the mean is true in pure shear; of K_I = K_II the
@@ -133,18 +137,18 @@ fn eight(name: &str, metric: &str, more: &[&str]) -> (Vec<f64>, f64) {
 #[test]
 fn a_crack_spends_its_energy_in_the_mean_of_eight_seeds() {
     let (all, mean) = eight("f-b-notched-bar", "G_eff/G_f", &[]);
-    assert!((0.95..=1.05).contains(&mean), "{mean}: {all:?}");
-    assert!(all.iter().all(|one| (0.9..=1.2).contains(one)), "{all:?}");
+    assert!((0.94..=1.06).contains(&mean), "{mean}: {all:?}");
+    assert!(all.iter().all(|one| (0.9..=1.1).contains(one)), "{all:?}");
 }
 
 /// K1 on a coarser grid and a thinner slice, along the grid and turned by 45° against it: each
-/// within the catalogue's bound. The spread over all angles is a gap.
+/// within the catalogue's bound. The spread over all angles and places of the grid is a gap.
 #[test]
 fn an_edge_crack_runs_when_it_must_however_the_grid_lies() {
     let slice = r#"geometry.shape={ kind = "box", size = ["10 cm", "30 cm", "5 mm"] }"#;
     let turn = ["--set", "geometry.rotation.axis=[0,0,1]"];
     let sweep = ["--sweep", "geometry.rotation.degrees=0,45"];
-    let coarse = ["--set", "spacing=3.5mm", "--set", slice];
+    let coarse = ["--set", "spacing=5mm", "--set", slice];
     let told = metrics("k1-edge-crack", &[&coarse[..], &turn, &sweep].concat());
     assert_eq!(told.len(), 2);
     for row in &told {
@@ -396,13 +400,13 @@ const TABLE: [(&str, [f64; 3]); 7] = [
     ("concrete", [32.0, 3.0, 100.0]),
 ];
 
-/// F-S: on a grid finer than h_max = 0.375 · 2EG_f/σ_f² cracks grow at the strength, on a coarser
-/// one at the share of it that keeps G_f, and the share is told.
+/// F-S: on a grid finer than h_max = 0.125 · 2EG_f/σ_f² cracks grow at the strength, on a coarser
+/// one at ½ √(EG_f/h), and the share is told.
 #[test]
 fn the_snap_back_map_is_that_of_the_table() {
     for (name, [young, strength, energy]) in TABLE {
         let longest = 2.0 * young * 1e9 * energy / (strength * strength * 1e12);
-        for share in [0.3, 0.37, 0.38, 1.5] {
+        for share in [0.1, 0.12, 0.13, 1.5] {
             let h = share * longest;
             let body = format!("geometry.shape.size=[{0},{0},{0}]", 4.0 * h);
             let sets = [
@@ -420,12 +424,9 @@ fn the_snap_back_map_is_that_of_the_table() {
             let told: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
             assert_eq!(told["status"], "ok", "{name}: {told:#}");
             let ratio = told["strength_ratio"].as_f64().expect("a number");
-            // l = 2.44 k/(k + 0.0245) h, but k no more than 0.37.
-            let k = share.min(0.37);
-            let length = 2.44 * k / (k + 0.0245) * h;
-            let cap = 0.927 * (longest / length).sqrt();
+            let cap = (0.125 * longest / h).sqrt();
             assert!((ratio - cap.min(1.0)).abs() < 1e-9, "{name} at {share}: {ratio}, {cap}");
-            assert_eq!(ratio < 1.0, share > 0.375, "{name} at {share}: {ratio}");
+            assert_eq!(ratio < 1.0, share > 0.125, "{name} at {share}: {ratio}");
         }
     }
 }

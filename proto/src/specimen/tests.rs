@@ -3,7 +3,7 @@ use crate::codec::WireError;
 use crate::job::tests::tetrahedron;
 use cullet_geometry::{Mat3, Quat, Vec3};
 use cullet_model::strength::Region;
-use cullet_model::{Material, PointPrecision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField, SurfaceLaw};
 
 fn settings() -> SpecimenSettings {
     SpecimenSettings {
@@ -56,6 +56,7 @@ fn job() -> SpecimenJob {
         },
         matter: Matter {
             material,
+            surface: SurfaceLaw::of(&material),
             flow: None,
             zones: vec![Zone { part: part.clone(), material }],
             strength: StrengthField {

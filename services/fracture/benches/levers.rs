@@ -12,7 +12,7 @@ use cullet_fracture::mpm::stencil::vector;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
     BrittleProblem, Fragmentation, Impact, Material, PointPrecision, Progress, Settings, Solver,
-    StrengthField,
+    StrengthField, SurfaceLaw,
 };
 use cullet_simd::SimdLevel;
 use std::sync::Arc;
@@ -86,6 +86,7 @@ fn problem(mesh: cullet_geometry::TriMesh, material: Material, impact: Impact) -
         solid: Arc::new(Solid::outer(mesh)),
         material,
         strength: StrengthField::default(),
+        surface: SurfaceLaw::of(&material),
         impacts: vec![impact],
         supports: Vec::new(),
         spin: Vec3::zeros(),

@@ -1,6 +1,7 @@
 //! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
 
 mod chip;
+mod crushing;
 mod report;
 mod schedule;
 #[cfg(test)]
@@ -9,7 +10,7 @@ mod warnings;
 
 use crate::damage::{BodyWeakPlane, Softening};
 use crate::mpm::crushed::CrushRules;
-use crate::mpm::diagnostics::{CHECK_PERIOD, Diagnostics, Given};
+use crate::mpm::diagnostics::{CHECK_PERIOD, Diagnostics};
 use crate::mpm::domain::stable_step;
 use crate::mpm::elastic_support::ElasticSupport;
 use crate::mpm::load::ImpactLoad;
@@ -21,6 +22,7 @@ use crate::mpm::preconditions::{
 };
 use crate::mpm::{Domain, DomainTally, crushed, motion, quadrature};
 use crate::particles::Particles;
+use crushing::CrushedZone;
 use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition};
 use cullet_fragment::finish::{Finish, FinishedParts, FragmentMotion};
 use cullet_geometry::Vec3;
@@ -28,8 +30,8 @@ use cullet_geometry::inside::Inside;
 use cullet_model::brittle::POINTS_PER_CELL;
 use cullet_model::hertz_contact;
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Fragmentation, Impact, PointPrecision, Problem, Progress,
-    Refusal, Solver, Strength,
+    BrittleProblem, Cost, EnergyAccount, EnergyBalance, Failure, Fragmentation, Impact,
+    PointPrecision, Problem, Progress, Refusal, Solver, Strength,
 };
 use cullet_simd::SimdLevel;
 pub use schedule::TerminationCriteria;
@@ -61,6 +63,8 @@ pub struct Brittle {
     domain: Domain,
     loads: Vec<ImpactLoad>,
     supports: Vec<ElasticSupport>,
+    /// What crushes under each load.
+    zones: Vec<Option<CrushedZone>>,
     /// Whether cracks may start at each contact.
     torn: Vec<bool>,
     schedule: Schedule,
@@ -84,6 +88,9 @@ struct SolveSetup {
 #[derive(Debug, Default)]
 struct SolveRecord {
     total: DomainTally,
+    /// When the push began: what the body held and had spent by then, and its spin's work.
+    start: Option<EnergyAccount>,
+    balance: EnergyBalance,
     activity: CrackActivity,
     diagnostics: Diagnostics,
     /// Greatest |v|² of a node \[m²/s²\].
@@ -196,6 +203,7 @@ impl Brittle {
             strength.weak_plane.map(|w| BodyWeakPlane { normal: w.normal.into(), ratio: w.ratio });
         let mut domain = Domain::new(particles, material, softening, spacing);
         domain.select(problem.settings.precision, simd_level);
+        domain.rub(problem.surface.friction);
         domain.step = time_step(&problem, &spacing);
         domain.check_cracks_every(problem.settings.tolerance().refresh());
         let schedule = Schedule::new(&problem, &criteria);
@@ -209,6 +217,10 @@ impl Brittle {
             let slot = domain.slot(id);
             domain.particles.shielded[slot] = true;
         }
+        let zones = loads.iter().enumerate();
+        let zones = zones
+            .map(|(index, load)| CrushedZone::under(load, index, &problem, &mut domain))
+            .collect();
         let support = |support| ElasticSupport::new(support, &domain, material);
         let supports = problem.supports.iter().map(support).collect();
         let warnings = warnings::first(&problem, &softening, &schedule, &spacing);
@@ -217,6 +229,7 @@ impl Brittle {
             domain,
             torn: vec![false; loads.len()],
             supports,
+            zones,
             loads,
             schedule,
             push_over: None,
@@ -265,16 +278,16 @@ impl Brittle {
             self.domain.spin = Some(self.schedule.spin(self.problem.spin, self.domain.time));
         }
         if self.domain.time >= 0.0 {
-            for load in &mut self.loads {
-                load.push(&mut self.domain);
+            if self.record.start.is_none() {
+                self.record.start = Some(self.account());
             }
-            for support in &mut self.supports {
-                support.push(&mut self.domain);
-            }
+            self.push_contacts();
             self.open_contacts();
         }
         let tally = self.domain.advance();
+        self.book_contacts();
         self.record.total.dissipated += tally.dissipated;
+        self.record.total.collided += tally.collided;
         self.record.total.crushed = self.record.total.crushed.max(tally.crushed);
         self.record.total.broken += tally.broken;
         self.record.fastest = self.record.fastest.max(tally.fastest);
@@ -296,14 +309,42 @@ impl Brittle {
         Ok(())
     }
 
-    /// Lets cracks start where the rim of a contact that is too narrow for the grid tears. On a
-    /// plate they lie in the face that bending presses together, and start nothing.
+    /// What happens under the contacts in the next step.
+    fn push_contacts(&mut self) {
+        for (load, zone) in self.loads.iter_mut().zip(&mut self.zones) {
+            load.push(&mut self.domain);
+            if let Some(zone) = zone {
+                zone.push(load, &mut self.domain);
+            }
+        }
+        for support in &mut self.supports {
+            support.push(&mut self.domain);
+        }
+    }
+
+    /// Books the work of the contacts in the step that was just taken.
+    fn book_contacts(&mut self) {
+        self.loads.iter_mut().for_each(|load| load.book(&self.domain));
+        self.zones.iter_mut().flatten().for_each(|zone| zone.book(&self.domain));
+        self.supports.iter_mut().for_each(|support| support.book(&self.domain));
+    }
+
+    /// Work of all contacts on the body so far \[J\].
+    pub(super) fn work(&self) -> f64 {
+        let loads = self.loads.iter().map(|load| load.work);
+        let zones = self.zones.iter().flatten().map(|zone| zone.work);
+        loads.chain(zones).chain(self.supports.iter().map(|one| one.work)).sum()
+    }
+
+    /// Lets cracks start where the rim tears of a contact that is too narrow for the grid and in
+    /// which the body does not crush. On a plate they lie in the face that bending presses
+    /// together, and start nothing.
     fn open_contacts(&mut self) {
         if self.domain.grid.spacing.min() < self.domain.grid.spacing.max() {
             return;
         }
-        let pairs = self.loads.iter().zip(&mut self.torn);
-        for (load, torn) in pairs.filter(|(_, torn)| !**torn) {
+        let pairs = self.loads.iter().zip(&self.zones).zip(&mut self.torn);
+        for ((load, _), torn) in pairs.filter(|((_, zone), torn)| zone.is_none() && !**torn) {
             if load.cracks(&self.problem.material) {
                 *torn = true;
                 let time = self.domain.time;
@@ -313,12 +354,27 @@ impl Brittle {
     }
 
     fn check(&mut self) -> Result<(), Failure> {
-        let lost: f64 = self.loads.iter().map(ImpactLoad::lost).sum();
-        let spun = self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
         let loads = self.loads.iter().map(|load| load.direction * load.delivered);
         let supports = self.supports.iter().map(|one| one.normal * one.delivered);
         let momentum = self.domain.spin.is_none().then(|| loads.chain(supports).sum());
-        self.record.diagnostics.check(&self.domain, &Given { energy: lost + spun, momentum })
+        self.record.diagnostics.check(&self.domain, momentum)?;
+        let Some(start) = self.record.start else { return Ok(()) };
+        let mut account = self.account();
+        account.given += start.off();
+        let hits: f64 = self.problem.impacts.iter().map(|impact| impact.energy).sum();
+        let scale = hits + start.kinetic + start.elastic;
+        self.record.balance.look(&account, scale, self.domain.steps)
+    }
+
+    /// The account of the body's energy; what it was given while its spin was put on is left out.
+    fn account(&self) -> EnergyAccount {
+        let (step, grid) = (self.domain.step, &self.domain.grid);
+        EnergyAccount {
+            given: self.work() + self.domain.spin.map_or(0.0, |spin| spin.work(grid, step)),
+            broken: self.record.total.dissipated,
+            met: self.record.total.collided,
+            ..self.domain.energy()
+        }
     }
 
     fn over(&mut self) -> bool {

@@ -17,23 +17,28 @@ use cullet_model::Material;
 /// Poisson-disk points, 8 a cell.
 ///
 /// Spreading G_f over any other length dissipates the wrong energy (F03). With k = σ_f² h/(2EG_f),
-/// how sharply a cell breaks, the width w = 2.44 k/(k + 0.0245) is the one for which a crack that
-/// runs through the notched bar of `services/fracture/tests/verification/bar.rs` (F-B) dissipates
-/// G_f per area in the mean over seeds, at k = 0.05, 0.09, 0.19, 0.38 and where strength is capped.
-/// Softer cells (small k) part while many of their points are only half broken. Measure again when
-/// the kernel, the sampling, the damage law or the parting of nodes changes.
-pub const BAND_WIDTH: f64 = 2.44;
+/// how sharply a cell breaks, the width w = 2.39 k/(k + 0.0245), less what [`ALONG`] says, is the
+/// one for which a crack that runs through the notched bar of
+/// `services/fracture/tests/verification/bar.rs` (F-B) dissipates G_f per area in the mean over
+/// the places and the turns of the grid. Softer cells (small k) part while many of their points are
+/// only half broken. Measure again when the kernel, the sampling, the damage law or the parting of
+/// nodes changes.
+pub const BAND_WIDTH: f64 = 2.39;
 
 /// The k at which the band is half as wide.
 const HALF_WIDTH: f64 = 0.0245;
 
-/// The k of the sharpest cell there is: where strength is capped.
-const SHARPEST: f64 = 0.37;
+/// The k of the sharpest cell there is at a crack: σ_t = ½ √(EG_f/h). Sharper ones break ahead of
+/// the crack, and where a crack costs so much goes by where the grid lies.
+const SHARPEST: f64 = 0.125;
 
-/// Share of the snap-back stress √(2EG_f/l) to which the strength is capped (F01).
-///
-/// At 1 the softening branch turns back; 0.927 keeps H ≤ 6.1, so full damage takes several steps,
-/// and caps from σ_f² h/2EG_f = 0.375 on.
+/// How much narrower the band is whose normal lies along an axis of the grid, and along the
+/// diagonal of two \[1\]: an opening there slips between two planes of nodes, elsewhere it mixes
+/// three.
+const ALONG: [f64; 2] = [0.22, 0.13];
+
+/// Share of the snap-back stress √(2EG_f/l) to which a strength is capped (F01). At 1 the softening
+/// branch turns back; 0.927 keeps H ≤ 6.1, so full damage takes several steps.
 pub const STRENGTH_CEILING: f64 = 0.927;
 
 /// The greatest share H/(1 + H), that of the cap.
@@ -46,7 +51,7 @@ const GROWTH_ERROR: f64 = 1e-12;
 /// The softening law of one material on one grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Softening {
-    /// Threshold where a crack grows, σ_eff = min(σ_f, 0.927 √(2EG_f/l)) \[Pa\].
+    /// Threshold where a crack grows, σ_t = min(σ_f, ½ √(EG_f/h)) \[Pa\].
     pub strength: f64,
     /// Brittleness H = H̄l/(1 − H̄l) \[1\].
     pub brittleness: f64,
@@ -54,6 +59,9 @@ pub struct Softening {
     pub strength_ratio: f64,
     /// Planes across which the material is weaker, if there are any.
     pub weak_plane: Option<BodyWeakPlane>,
+    /// How much narrower a band is that lies along the grid: [`ALONG`], or nothing where the width
+    /// is none of the grid's \[1\].
+    narrower: [f64; 2],
     young: f64,
     elastic: LameParameters,
 }
@@ -89,35 +97,49 @@ pub struct DamageState {
     pub strength: f64,
     /// Under the striker: no new damage while in compression (F11).
     pub shielded: bool,
-    /// Stronger than the cap, so that it breaks at once: past its strength there is no softening.
-    pub sudden: bool,
+    /// Strength over what it is where a crack grows, above 1 away from cracks: the greater, the
+    /// more sharply it breaks \[1\].
+    pub lone: f64,
 }
 
 impl Softening {
     /// The law of `material` on a grid of `spacing` \[m\].
     #[must_use]
     pub fn on_grid(material: &Material, spacing: f64) -> Self {
-        let stress = material.failure_stress;
-        let k = stress * stress * spacing / (2.0 * material.young * material.fracture_energy);
-        let k = k.min(SHARPEST);
-        Self::new(material, BAND_WIDTH * k / (k + HALF_WIDTH) * spacing)
+        let energy = material.young * material.fracture_energy;
+        let strength = material.failure_stress.min((2.0 * SHARPEST * energy / spacing).sqrt());
+        let k = strength * strength * spacing / (2.0 * energy);
+        let length = BAND_WIDTH * k / (k + HALF_WIDTH) * spacing;
+        Self { narrower: ALONG, ..Self::capped(material, length, strength) }
     }
 
     /// The law of `material` when a crack is spread over `length` \[m\].
     #[must_use]
     pub fn new(material: &Material, length: f64) -> Self {
         let snap_back = (2.0 * material.young * material.fracture_energy / length).sqrt();
-        let strength = material.failure_stress.min(STRENGTH_CEILING * snap_back);
+        Self::capped(material, length, material.failure_stress.min(STRENGTH_CEILING * snap_back))
+    }
+
+    fn capped(material: &Material, length: f64, strength: f64) -> Self {
         // H̄ l = σ_f² l / (2 E G_f),  H = H̄l/(1 − H̄l)  [Fan24 Eq. 2.28, F01]
-        let share = strength * strength / (snap_back * snap_back);
+        let energy = 2.0 * material.young * material.fracture_energy;
+        let share = strength * strength * length / energy;
         Self {
             strength,
             brittleness: share / (1.0 - share),
             strength_ratio: strength / material.failure_stress,
             weak_plane: None,
+            narrower: [0.0; 2],
             young: material.young,
             elastic: LameParameters::new(material),
         }
+    }
+
+    /// Width of a band across the unit vector `n` over that of one which lies along no axis of the
+    /// grid \[1\].
+    fn width(&self, n: &[f64; 3]) -> f64 {
+        let parts = alignment(n).into_iter().zip(self.narrower);
+        1.0 - parts.map(|(share, less)| less * share * share * share).sum::<f64>()
     }
 
     /// Strain at which a point in tension is broken through, σ_eff/E (1 + 1/H) \[1\].
@@ -132,11 +154,12 @@ impl Softening {
         asked(self.brittleness, ratio).clamp(0.0, 1.0)
     }
 
-    /// H where the energy that opening cracks release is `spread` times what one direction would:
-    /// each point spends G_f/l, however many directions are pulled.
+    /// H where the energy that opening cracks release is `spread` times what one direction would
+    /// at the strength of a crack's tip: each point spends G_f/l, however many directions are
+    /// pulled and however strong it is, as far as it can without snapping back.
     fn brittleness_of(&self, spread: f64) -> f64 {
         let share = self.brittleness / (1.0 + self.brittleness);
-        let share = (spread * share).min(SHARPEST_SHARE).max(share);
+        let share = (spread * share).min(SHARPEST_SHARE.max(share));
         share / (1.0 - share)
     }
 
@@ -167,10 +190,10 @@ impl Softening {
         threshold(self.brittleness, damage)
     }
 
-    /// The same where all are.
+    /// The same where all are, of a point that is `lone` times as strong as at a crack.
     #[must_use]
-    pub fn least_threshold(&self, damage: f64) -> f64 {
-        threshold(self.brittleness_of(3.0), damage)
+    pub fn least_threshold(&self, damage: f64, lone: f64) -> f64 {
+        threshold(self.brittleness_of(3.0 * lone * lone), damage)
     }
 
     /// Damages and weakens a point of Green's strain `strain` \[1\].
@@ -193,7 +216,7 @@ impl Softening {
         strength: f64,
     ) -> Response {
         let held = Response::held(sound, state.damage);
-        let least = self.least_threshold(state.damage) * strength;
+        let least = self.least_threshold(state.damage, state.lone) * strength;
         let trace = sound[0] + sound[1] + sound[2];
         let fixed = state.damage >= 1.0 || (state.shielded && trace < 0.0);
         let least = least * self.weakest() * self.least_pull(state.damage);
@@ -205,27 +228,24 @@ impl Softening {
         let cracked = |damage| Cracked::new(self, strains, axes, damage);
         let before = cracked(state.damage);
         let (first, normal) = before.pull(self);
-        let reached = threshold(before.brittleness(self), state.damage) * strength;
+        let sharper = state.lone * state.lone * self.width(&normal);
+        let reached = threshold(before.brittleness(self, sharper), state.damage) * strength;
         let grows = near && first > reached;
-        let after = match (grows, state.sudden) {
-            (true, true) => cracked(1.0),
-            (true, false) => cracked(grown(state.damage, |damage| {
+        let after = match grows {
+            true => cracked(grown(state.damage, |damage| {
                 let cracked = cracked(damage);
-                asked(cracked.brittleness(self), cracked.pull(self).0 / strength)
+                asked(cracked.brittleness(self, sharper), cracked.pull(self).0 / strength)
             })),
-            (false, _) => before,
+            false => before,
         };
         // ∫ Y dc along the softening branch, on which c follows from the pull κ, is Y₁ (c₁ − c₀)
-        // κ₀/κ₁. What breaks at once gives back all that it holds.
-        let dissipated = match (grows, state.sudden) {
-            (true, true) => {
-                (self.energy(strain, state.damage) - self.energy(strain, 1.0)) * reached / first
-            }
-            (true, false) => {
+        // κ₀/κ₁.
+        let dissipated = match grows {
+            true => {
                 let last = after.pull(self).0.max(reached);
                 after.release(self) * (after.damage - state.damage) * reached / last
             }
-            (false, _) => 0.0,
+            false => 0.0,
         };
         let normal = if grows { normal } else { [0.0; 3] };
         Response { stress: after.stress(), damage: after.damage, dissipated, normal }
@@ -236,6 +256,15 @@ impl Softening {
     pub fn energy(&self, strain: &Sym3, damage: f64) -> f64 {
         self.elastic.energy(eigen(strain).0, self.taken(damage))
     }
+}
+
+/// How far the unit vector `n` lies along one axis of the grid, and along the diagonal of two
+/// \[1\]: eighth powers.
+fn alignment(n: &[f64; 3]) -> [f64; 2] {
+    let [x, y, z] = n.map(|c| c * c);
+    let fourth = |a: f64| a * a * a * a;
+    let pairs = (x * y) * (x * y) + (y * z) * (y * z) + (z * x) * (z * x);
+    [fourth(x) + fourth(y) + fourth(z), 16.0 * pairs]
 }
 
 /// c = (1+H)(1 − σ_f/σ̄), which is damage for σ_f ≤ σ̄ ≤ σ_f(1+1/H)  [Fan24 Eq. 2.28] \[1\].
@@ -308,12 +337,13 @@ impl Cracked {
         if across > ratio * most { (across / ratio, n) } else { (most, axis) }
     }
 
-    /// H for what pulls: Σ⟨pull⟩² over the greatest of them.
-    fn brittleness(&self, law: &Softening) -> f64 {
+    /// H for what pulls, Σ⟨pull⟩² over the greatest of them, of a point that breaks `sharper` times
+    /// as sharply as the law's.
+    fn brittleness(&self, law: &Softening, sharper: f64) -> f64 {
         let most = self.pulls.iter().fold(0.0_f64, |m, pull| m.max(*pull));
         let squares = self.pulls.iter().map(|pull| pull.max(0.0) * pull.max(0.0));
         let spread = if most > 0.0 { squares.sum::<f64>() / (most * most) } else { 1.0 };
-        law.brittleness_of(spread)
+        law.brittleness_of(spread * sharper)
     }
 
     /// −∂ψ/∂c = Σ⟨pull⟩²/2E \[J/m³\].

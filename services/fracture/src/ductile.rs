@@ -21,8 +21,8 @@ use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_model::brittle::POINTS_PER_CELL;
 use cullet_model::{
-    BrittleProblem, Cost, Failure, JohnsonCook, Material, PointPrecision, Problem, Progress,
-    Refusal, SolveOutcome, Solver,
+    BrittleProblem, Cost, EnergyAccount, EnergyBalance, Failure, JohnsonCook, Material,
+    PointPrecision, Problem, Progress, Refusal, SolveOutcome, Solver,
 };
 use cullet_simd::SimdLevel;
 use settling::PieceSettling;
@@ -38,9 +38,6 @@ const SLICE: u64 = 100_000;
 /// Steps between checks of the energy, and of whether the push is over.
 const CHECK: u64 = 64;
 const LOOK: u64 = 16;
-
-/// Excess of energy over what was given, above which a solve has failed \[1\].
-const UNSTABLE: f64 = 0.1;
 
 /// Share of points that may be crushed before the numbers mean nothing (F07).
 const CRUSHED_SHARE: f64 = 0.02;
@@ -115,8 +112,7 @@ struct FlowRecord {
     /// Of these, those that were drawn out farther than the grid follows.
     shredded: u32,
     push_over: Option<f64>,
-    /// Energy found less energy given, over that of the hits, where it was most \[1\].
-    energy_off: f64,
+    balance: EnergyBalance,
     warnings: Vec<String>,
 }
 
@@ -250,7 +246,7 @@ impl Ductile {
                 broken: 0,
                 shredded: 0,
                 push_over: None,
-                energy_off: 0.0,
+                balance: EnergyBalance::default(),
                 warnings: Vec::new(),
             },
         };
@@ -337,25 +333,16 @@ impl Ductile {
     }
 
     fn check(&mut self) -> Result<(), Failure> {
-        let step = self.domain.steps;
-        let held = self.domain.kinetic_energy() + self.domain.elastic_energy();
-        let record = &self.record;
-        let spent = record.plastic + record.torn + record.collided + self.settling.taken();
-        let found = held + spent;
-        if !found.is_finite() {
-            return Err(Failure::NotFinite { what: "the body's energy", step });
-        }
-        let given: f64 = self.presses().map(|it| it.lost - it.stored - it.crushed).sum();
+        let account = EnergyAccount {
+            given: self.presses().map(|it| it.lost - it.stored - it.crushed).sum(),
+            broken: self.record.torn,
+            flowed: self.record.plastic,
+            met: self.record.collided,
+            damped: self.settling.taken(),
+            ..self.domain.energy()
+        };
         let lost: f64 = self.strikers.iter().map(|it| it.lost).sum();
-        let scale = self.energy().max(lost);
-        let off = (found - given) / scale;
-        if off.abs() > self.record.energy_off.abs() {
-            self.record.energy_off = off;
-        }
-        if off > UNSTABLE {
-            return Err(Failure::Unstable { ratio: off, step });
-        }
-        Ok(())
+        self.record.balance.look(&account, self.energy().max(lost), self.domain.steps)
     }
 
     /// Whether nothing is to come from outside any more: each striker has given all, or has parted

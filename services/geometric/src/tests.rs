@@ -3,7 +3,7 @@ use cullet_geometry::{Solid, TriMesh, Vec3};
 use cullet_model::strength::{Region, Stroke};
 use cullet_model::{
     BrittleProblem, CrackFaceDetail, Fragment, Fragmentation, Impact, Material, Progress, Refusal,
-    Settings, Solver, StrengthField, Support,
+    Settings, Solver, StrengthField, Support, SurfaceLaw,
 };
 use std::sync::Arc;
 
@@ -47,6 +47,7 @@ fn problem(size: Vec3, energy: f64) -> BrittleProblem {
         solid: Arc::new(block(size)),
         material: GLASS,
         strength: StrengthField::default(),
+        surface: SurfaceLaw::of(&GLASS),
         impacts: vec![hit, other],
         supports: Vec::new(),
         spin: Vec3::zeros(),

@@ -1,6 +1,6 @@
 //! How a body's material behaves.
 
-use crate::{BondedSolid, Hardening, JohnsonCook, Material, StrengthField, Treatment};
+use crate::{BondedSolid, Hardening, JohnsonCook, Material, StrengthField, SurfaceLaw, Treatment};
 
 /// A constitutive law with its numbers. Further laws will follow: a family refuses those that it
 /// does not know.
@@ -13,6 +13,8 @@ pub enum Law {
         material: Material,
         /// How σ_f varies from place to place.
         strength: StrengthField,
+        /// How its surface bears others, and its cracks their sides.
+        surface: SurfaceLaw,
     },
     /// The same of a plate of glass that was treated.
     Treated {
@@ -47,6 +49,13 @@ pub enum Law {
 }
 
 impl Law {
+    /// That of a brittle solid of which nothing else is known, as strong everywhere.
+    #[must_use]
+    pub fn even(material: Material) -> Self {
+        let (strength, surface) = (StrengthField::even(), SurfaceLaw::of(&material));
+        Self::Brittle { material, strength, surface }
+    }
+
     /// What it is called in messages.
     #[must_use]
     pub fn kind(&self) -> &'static str {

@@ -10,6 +10,7 @@ pub mod bonded;
 pub mod brittle;
 pub mod continuum;
 pub mod detail;
+pub mod energy;
 pub mod hardening;
 pub mod hertz_contact;
 pub mod johnson_cook;
@@ -25,6 +26,7 @@ pub mod sheet_check;
 pub mod soft;
 pub mod solver;
 pub mod strength;
+pub mod surface;
 pub mod tolerance;
 pub mod treatment;
 
@@ -37,6 +39,7 @@ pub use continuum::{
     WindowInProgress, WindowLedger, WindowOutcome, WindowProgress, continuum_entry,
 };
 pub use detail::CrackFaceDetail;
+pub use energy::{EnergyAccount, EnergyBalance};
 pub use hardening::Hardening;
 pub use johnson_cook::{DuctileFailure, FlowHistory, JohnsonCook, ThermalSoftening};
 pub use law::Law;
@@ -57,5 +60,6 @@ pub use sheet_check::SheetFault;
 pub use soft::{BodyCut, BodyGrip, BodyRegion, SoftBody, SoftLaw};
 pub use solver::{Cost, Progress, SolveInProgress, Solver, SolverEntry, entry};
 pub use strength::{PatternWeakPlane, Strength, StrengthField};
+pub use surface::SurfaceLaw;
 pub use tolerance::Tolerance;
 pub use treatment::{Interlayer, Treatment};

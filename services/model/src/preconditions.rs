@@ -1,6 +1,6 @@
 //! What the numbers of a problem must be like for every method that takes hits.
 
-use crate::{Impact, Refusal, Support};
+use crate::{Impact, Refusal, Support, SurfaceLaw};
 
 /// Refuses what is not a number from `low` to `high`.
 ///
@@ -30,6 +30,15 @@ pub fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
         within("crushing pressure [Pa]", impact.crushing_pressure, 1.0, 1e30)?;
     }
     Ok(())
+}
+
+/// That the numbers of a surface hold.
+///
+/// # Errors
+/// [`Refusal::OutOfRange`] with the first that does not.
+pub fn check_surface(surface: &SurfaceLaw) -> Result<(), Refusal> {
+    within("hardness [Pa]", surface.hardness, 1e-3, 1e13)?;
+    within("friction of crack faces", surface.friction, 0.0, 10.0)
 }
 
 /// That the numbers of each support hold.

@@ -2,7 +2,7 @@
 
 use crate::{
     BodyShape, BondedSolid, CrackFaceDetail, JohnsonCook, Law, Material, PointPrecision, Refusal,
-    StrengthField, Tolerance, Treatment,
+    StrengthField, SurfaceLaw, Tolerance, Treatment,
 };
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
@@ -136,6 +136,8 @@ pub struct BrittleProblem {
     pub material: Material,
     /// How its strength varies.
     pub strength: StrengthField,
+    /// How its surface bears others, and its cracks their sides.
+    pub surface: SurfaceLaw,
     /// Its hits.
     pub impacts: Vec<Impact>,
     /// What it rests on.
@@ -181,7 +183,7 @@ impl BrittleProblem {
             law => return Err(Refusal::Unknown { solver, what: "a law", kind: law.kind() }),
         };
         hold(&flow.bounds())?;
-        let law = Law::Brittle { material, strength: StrengthField::even() };
+        let law = Law::even(material);
         Ok((Self::of(Problem { law, ..problem }, solver)?, flow))
     }
 
@@ -196,7 +198,7 @@ impl BrittleProblem {
             return Err(Refusal::Unknown { solver, what: "a law", kind: problem.law.kind() });
         };
         hold(&bonds.bounds())?;
-        let law = Law::Brittle { material, strength: StrengthField::even() };
+        let law = Law::even(material);
         Ok((Self::of(Problem { law, ..problem }, solver)?, bonds))
     }
 
@@ -212,17 +214,21 @@ impl BrittleProblem {
         let unknown = |what, kind| Refusal::Unknown { solver, what, kind };
         let kind = body.kind();
         let solid = Arc::clone(body.solid().ok_or(unknown("a body", kind))?);
-        let (material, strength, treatment) = match law {
-            Law::Brittle { material, strength } => (material, strength, None),
-            Law::Treated { material, strength, treatment } => (material, strength, Some(treatment)),
+        let of = SurfaceLaw::of;
+        let (material, strength, surface, treatment) = match law {
+            Law::Brittle { material, strength, surface } => (material, strength, surface, None),
+            Law::Treated { material, strength, treatment } => {
+                (material, strength, of(&material), Some(treatment))
+            }
             Law::Bonded { material, bonds } if bonds.hardening.is_none() => {
-                (material, StrengthField::even(), None)
+                (material, StrengthField::even(), of(&material), None)
             }
             Law::Yielding { .. } | Law::JohnsonCook { .. } | Law::Bonded { .. } => {
                 return Err(unknown("a law", law.kind()));
             }
         };
-        let problem = Self { solid, material, strength, impacts, supports, spin, settings, seed };
+        let problem =
+            Self { solid, material, strength, surface, impacts, supports, spin, settings, seed };
         Ok((problem, treatment))
     }
 }
@@ -239,9 +245,9 @@ fn hold(bounds: &[(&'static str, f64, f64, f64)]) -> Result<(), Refusal> {
 
 impl From<BrittleProblem> for Problem {
     fn from(problem: BrittleProblem) -> Self {
-        let BrittleProblem { solid, material, strength, .. } = problem;
+        let BrittleProblem { solid, material, strength, surface, .. } = problem;
         let BrittleProblem { impacts, supports, spin, settings, seed, .. } = problem;
-        let (body, law) = (BodyShape::Solid(solid), Law::Brittle { material, strength });
+        let (body, law) = (BodyShape::Solid(solid), Law::Brittle { material, strength, surface });
         Self { body, law, impacts, supports, spin, settings, seed }
     }
 }

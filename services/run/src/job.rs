@@ -194,7 +194,7 @@ pub(super) fn problem(
             Law::Yielding { material, hardening: flow.hardening }
         }
         (Some(flow), _) => Law::JohnsonCook { material, flow },
-        (None, None) => Law::Brittle { material, strength },
+        (None, None) => Law::Brittle { material, strength, surface: body.material.surface },
         (None, Some(treatment)) => Law::Treated { material, strength, treatment },
     };
     Problem {

@@ -11,8 +11,10 @@ use super::format::{
 use super::sourced::Fault;
 use super::treatment;
 use cullet_document::check::tell;
+use cullet_model::surface::{CRACK_FRICTION, HARDNESS_OVER_STRENGTH};
 use cullet_model::{
-    BondedSolid, DuctileFailure, Hardening, JohnsonCook, ThermalSoftening, Treatment,
+    BondedSolid, DuctileFailure, Hardening, JohnsonCook, Material, SurfaceLaw, ThermalSoftening,
+    Treatment,
 };
 pub use preset::{Preset, PresetFlow, PresetPlasticity};
 use presets::PRESETS;
@@ -42,16 +44,16 @@ pub fn is_preset(name: &str) -> bool {
 pub fn presets_text() -> String {
     let mut text = String::from(
         "name                    density    E      ν     strength   G_f    weibull restitution \
-         friction  breaks\n\
+         friction  hardness  breaks\n\
          \x20                       [kg/m³]   [GPa]  [1]     [MPa]   [J/m²]    [1]       [1]       \
-         [1]\n",
+         [1]      [MPa]\n",
     );
     let mark = |value: &Sourced| {
         if value.kind == Kind::Measured { ' ' } else { '~' }
     };
     for p in PRESETS {
         text.push_str(&format!(
-            "{:23} {:>6}{} {:>7}{} {:>5}{} {:>7}{} {:>7}{} {:>5}{} {:>9}{} {:>9}{}   {}\n",
+            "{:23} {:>6}{} {:>7}{} {:>5}{} {:>7}{} {:>7}{} {:>5}{} {:>9}{} {:>9}{} {:>8}{}   {}\n",
             p.name,
             tell(p.density.value),
             mark(&p.density),
@@ -69,6 +71,8 @@ pub fn presets_text() -> String {
             mark(&p.restitution),
             tell(p.friction.value),
             mark(&p.friction),
+            tell(p.hardness.value / 1e6),
+            mark(&p.hardness),
             if p.breakable { "yes" } else { "no" },
         ));
     }
@@ -111,6 +115,8 @@ pub struct SceneMaterial {
     pub restitution: f64,
     /// Coulomb friction \[1\].
     pub friction: f64,
+    /// How its surface bears others, and its cracks their sides.
+    pub surface: SurfaceLaw,
     /// Whether bodies of it break unless they say otherwise.
     pub breakable: bool,
     /// What was done to it, if it is glass.
@@ -181,6 +187,7 @@ impl From<&Preset> for SceneMaterial {
             layers: None,
             restitution: preset.restitution.value,
             friction: preset.friction.value,
+            surface: SurfaceLaw { hardness: preset.hardness.value, friction: CRACK_FRICTION },
             breakable: preset.breakable,
             treatment: preset.treatment.map(Treatment::from),
             plasticity: preset.plasticity.map(JohnsonCook::from),
@@ -188,6 +195,9 @@ impl From<&Preset> for SceneMaterial {
         }
     }
 }
+
+/// Plastic strain that an indenter makes \[1\].
+const TABOR_STRAIN: f64 = 0.08;
 
 /// Share of the plastic work that becomes heat, unless a scene says otherwise \[1\].
 const HEAT_SHARE: f64 = 0.9;
@@ -223,7 +233,7 @@ impl SceneMaterial {
             }
         };
         let of = |get: fn(&Self) -> f64| base.as_ref().map(get);
-        let material = Self {
+        let mut material = Self {
             name: written.name.clone(),
             density: take("density", written.density, of(|m| m.density)),
             young: take("young", written.young, of(|m| m.young)),
@@ -243,6 +253,11 @@ impl SceneMaterial {
                 .or(of(|m| m.restitution))
                 .unwrap_or(DEFAULT_RESTITUTION),
             friction: written.friction.or(of(|m| m.friction)).unwrap_or(DEFAULT_FRICTION),
+            // What follows from the rest is put in below.
+            surface: SurfaceLaw {
+                hardness: written.hardness.or(of(|m| m.surface.hardness)).unwrap_or(0.0),
+                friction: written.crack_friction.unwrap_or(CRACK_FRICTION),
+            },
             breakable: written.breakable.or(base.as_ref().map(|m| m.breakable)).unwrap_or(true),
             treatment: treatment::of_written(written, base.as_ref().and_then(|m| m.treatment)),
             plasticity: written
@@ -251,7 +266,31 @@ impl SceneMaterial {
                 .or(base.as_ref().and_then(|m| m.plasticity)),
             bonds: written.peridynamics.as_ref().map(BondedSolid::from).unwrap_or_default(),
         };
+        if material.surface.hardness <= 0.0 {
+            material.surface.hardness = material.derived_hardness();
+        }
         if missing.is_empty() { Ok(material) } else { Err(missing) }
+    }
+
+    /// Hardness of a material that says nothing of it \[Pa\]: three times what it flows at where it
+    /// yields, at the strain of a hardness test \[Tabor 1951\], else that of a brittle solid.
+    fn derived_hardness(&self) -> f64 {
+        match self.plasticity {
+            Some(flow) => 3.0 * flow.hardening.stress(TABOR_STRAIN).0,
+            None => HARDNESS_OVER_STRENGTH * self.strength,
+        }
+    }
+
+    /// What a solver needs to know of it.
+    #[must_use]
+    pub fn solid(&self) -> Material {
+        Material {
+            density: self.density,
+            young: self.young,
+            poisson: self.poisson,
+            failure_stress: self.strength,
+            fracture_energy: self.fracture_energy,
+        }
     }
 
     /// What forbids rigid bodies of it to break: they do at small strains.

@@ -30,6 +30,8 @@ fn numbers(material: &SceneMaterial) -> Value {
         ("weibull", material.weibull, "1"),
         ("restitution", material.restitution, "1"),
         ("friction", material.friction, "1"),
+        ("hardness", material.surface.hardness, "Pa"),
+        ("crack_friction", material.surface.friction, "1"),
     ];
     let mut object: Map<String, Value> = measured
         .map(|(key, value, unit)| (key.to_owned(), quantity(value, unit)))

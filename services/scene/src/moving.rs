@@ -7,8 +7,8 @@ use super::material::SceneMaterial;
 use cullet_document::tree::{Path, join};
 use cullet_geometry::{Pose, Vec3};
 use cullet_model::{
-    BodyCut, BodyGrip, BodyRegion, BondedSolid, ContinuumBody, Material, MembranePace, SheetAir,
-    SoftBody, SoftLaw,
+    BodyCut, BodyGrip, BodyRegion, BondedSolid, ContinuumBody, MembranePace, SheetAir, SoftBody,
+    SoftLaw,
 };
 use cullet_plan::family;
 use std::sync::Arc;
@@ -131,13 +131,7 @@ impl ResolveContext<'_> {
         let pace = self.pace(written.pace, &path);
         let soft = SoftBody {
             solid: Arc::clone(&template.geometry.solid),
-            material: Material {
-                density: material.density,
-                young: material.young,
-                poisson: material.poisson,
-                failure_stress: material.strength,
-                fracture_energy: material.fracture_energy,
-            },
+            material: material.solid(),
             law,
             spacing: template.spacing.unwrap_or(share * (high - low).amax()) * coarser,
             damping: written.damping.unwrap_or(DAMPING),

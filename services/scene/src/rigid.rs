@@ -79,5 +79,7 @@ pub fn contact_material(material: &SceneMaterial) -> ContactMaterial {
         },
         restitution: material.restitution,
         friction: material.friction,
+        surface: material.surface,
+        flows: material.plasticity.is_some(),
     }
 }

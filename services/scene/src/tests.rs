@@ -13,6 +13,7 @@ mod pieces;
 mod places;
 mod plasticity;
 mod sheets;
+mod surface;
 mod treatment;
 mod walls;
 

@@ -6,7 +6,7 @@ use crate::probe::{PointField, Probe, TensorPart};
 use crate::settings::SpecimenSettings;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Mat3, Quat, TriMesh, Vec3};
-use cullet_model::{JohnsonCook, Material, StrengthField};
+use cullet_model::{JohnsonCook, Material, StrengthField, SurfaceLaw};
 
 /// The shape of a specimen, and how it lies on the grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +52,8 @@ pub struct StrengthPatch {
 pub struct Matter {
     /// Its material.
     pub material: Material,
+    /// How its surface bears others, and its cracks their sides.
+    pub surface: SurfaceLaw,
     /// How all of it flows, where it does.
     pub flow: Option<JohnsonCook>,
     /// Parts of other materials; of several at a place, the last.

@@ -72,11 +72,6 @@ pub(crate) struct EpisodeOutcome {
     pub(crate) dissipated: f64,
 }
 
-/// Pressure that crushes a contact over the tensile strength: a brittle solid bears eight times as
-/// much in compression [Griffith 1924], and under a ball, held by what is around it, three times
-/// that [Tabor 1951].
-const CRUSHING: f64 = 24.0;
-
 /// Contact radius at most this share of the smaller body: beyond, Hertz's half-spaces are none.
 const WIDEST_CONTACT: f64 = 0.5;
 
@@ -109,7 +104,6 @@ pub(crate) fn hits(outcome: &EpisodeOutcome, one: &Party<'_>, two: &Party<'_>) -
     let (local_two, r2) = surface_radius(two, point, &-into);
     let curvature = 1.0 / r1 + 1.0 / r2;
     let modulus = effective_modulus(elastic(one.body), elastic(two.body));
-    let weaker = one.body.material.solid.failure_stress.min(two.body.material.solid.failure_stress);
     let h = hertz(mass, modulus, 1.0 / curvature, outcome.closing_speed);
     let widest = WIDEST_CONTACT * one.body.reach.min(two.body.reach);
     let make = |me: &Party<'_>, you: &Party<'_>, local: Vec3, yours: Vec3, into: Vec3| Hit {
@@ -127,7 +121,7 @@ pub(crate) fn hits(outcome: &EpisodeOutcome, one: &Party<'_>, two: &Party<'_>) -
             radius: h.radius.min(widest),
             energy: 0.5 * mass * outcome.closing_speed * outcome.closing_speed,
             closing_speed: outcome.closing_speed,
-            crushing_pressure: CRUSHING * weaker,
+            crushing_pressure: me.body.material.crushing_pressure(&you.body.material),
         },
         effective_mass: mass,
         peak_force: h.force,

@@ -1,6 +1,6 @@
 //! What the world needs to know of a material.
 
-use cullet_model::Material;
+use cullet_model::{Material, SurfaceLaw};
 
 /// A material as the rigid world meets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +11,10 @@ pub struct ContactMaterial {
     pub restitution: f64,
     /// Coulomb friction coefficient \[1\]; a pair takes the mean.
     pub friction: f64,
+    /// How its surface bears others.
+    pub surface: SurfaceLaw,
+    /// Whether its own solve makes it flow: a contact with it then yields in that solve.
+    pub flows: bool,
 }
 
 /// One field, its value and the range it must lie in.
@@ -22,6 +26,16 @@ pub(crate) struct Bound {
 }
 
 impl ContactMaterial {
+    /// Mean pressure at which the contact of a hit on this with `other` yields \[Pa\]: the hardness
+    /// of the softer of the two. What flows in its own solve yields there, and its contact where
+    /// the other does.
+    pub(crate) fn crushing_pressure(&self, other: &Self) -> f64 {
+        match self.flows {
+            true => other.surface.hardness,
+            false => self.surface.hardness.min(other.surface.hardness),
+        }
+    }
+
     /// The first field outside the range in which the contact formulas hold.
     pub(crate) fn fault(&self) -> Option<Bound> {
         let solid = &self.solid;
@@ -33,6 +47,8 @@ impl ContactMaterial {
             ("fracture_energy [J/m²]", solid.fracture_energy, 0.0, 1e12),
             ("restitution [1]", self.restitution, 0.0, 1.0),
             ("friction [1]", self.friction, 0.0, 10.0),
+            ("hardness [Pa]", self.surface.hardness, 1e-3, 1e13),
+            ("crack_friction [1]", self.surface.friction, 0.0, 10.0),
         ];
         rows.into_iter()
             .map(|(what, value, low, high)| Bound { what, value, low, high })

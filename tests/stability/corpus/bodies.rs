@@ -179,6 +179,6 @@ fn again(family: &str, impulse: impl Fn(f64) -> f64) -> (usize, usize) {
 fn ten_generations_keep_the_books() {
     let (broke, _) = again("geometric", |volume| 400.0 * volume);
     assert!(broke >= 8, "geometric pieces broke {broke} times");
-    let (broke, grains) = again("brittle", |volume| 600.0 * volume);
+    let (broke, grains) = again("brittle", |volume| 900.0 * volume);
     assert!(broke >= 6 && grains > 0, "brittle pieces broke {broke} times, {grains} grains");
 }

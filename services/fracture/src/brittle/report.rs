@@ -1,7 +1,9 @@
 //! What a brittle solve reports, and what its detectors notice and let pass.
 
 use super::Brittle;
+use super::crushing::CrushedZone;
 use crate::mpm::diagnostics;
+use crate::mpm::load::ImpactLoad;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{Report, Solver};
@@ -22,9 +24,33 @@ impl Brittle {
         }
         .with(STRENGTH_RATIO, "1", self.setup.strength_ratio)
         .with(DAMAGED_FRACTION, "1", damaged as f64 / particles as f64)
-        .with(DELIVERED_IMPULSE, "N·s", self.delivered());
+        .with(DELIVERED_IMPULSE, "N·s", self.delivered())
+        .with("energy_balance", "1", 1.0 + self.record.balance.off)
+        .with("work", "J", self.work())
+        .with("energy_of_contact_of_sides", "J", self.record.total.collided)
+        .with("energy_of_crushed_contact", "J", self.crushed());
+        let zones = || self.zones.iter().flatten();
+        if let Some(length) = zones().map(|zone| zone.length).reduce(f64::max) {
+            let energy = zones().map(CrushedZone::starting_energy).sum();
+            let wedge = zones().map(|zone| zone.work).sum();
+            report = report
+                .with("starting_crack", "m", length)
+                .with("energy_of_starting_cracks", "J", energy)
+                .with("energy_of_wedge", "J", wedge);
+            report.warnings.push(format!(
+                "crushed: cracks of up to {length:.3e} m start under the contact, for \
+                 {energy:.3e} J, and {wedge:.3e} J push apart what is around, of {:.3e} J that \
+                 crushing took (F13)",
+                self.crushed()
+            ));
+        }
         self.last_warnings(&mut report);
         report
+    }
+
+    /// Energy that crushing of the contacts took \[J\].
+    fn crushed(&self) -> f64 {
+        self.loads.iter().map(ImpactLoad::crushed).sum()
     }
 
     /// Impulse that the loads have put into the body \[N·s\].
@@ -64,14 +90,7 @@ impl Brittle {
         if drift > 0.2 {
             warnings.push(format!("fast: a point moved {drift:.2} cells in a step (F04)"));
         }
-        let energy = self.problem.impacts.iter().map(|impact| impact.energy).sum::<f64>()
-            + self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
-        if self.record.total.dissipated > energy {
-            warnings.push(format!(
-                "damage cost {:.3e} J, approach and spin had {energy:.3e} J",
-                self.record.total.dissipated
-            ));
-        }
+        warnings.extend(self.record.balance.tell());
     }
 
     /// [`diagnostics::ahead`] of the contacts (F06). A spin stresses all of a body before the push.

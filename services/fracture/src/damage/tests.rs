@@ -16,7 +16,7 @@ const STONE: Material = Material {
 
 /// A point as good as new, or of that damage.
 fn state(damage: f64) -> DamageState {
-    DamageState { damage, strength: 1.0, shielded: false, sudden: false }
+    DamageState { damage, strength: 1.0, shielded: false, lone: 1.0 }
 }
 
 /// Hooke's strain.

@@ -23,9 +23,6 @@ const LEAST_DENT: (f64, f64) = (0.02, 1e-2);
 /// Change of volume above which it is worth a word \[1\]: J2 keeps it to 0.1 %.
 const SWOLLEN: f64 = 0.01;
 
-/// How far the energy may be from what was given before it is worth a word \[1\].
-const LEDGER: f64 = 0.05;
-
 /// Fewest cells across the radius of a dent that is resolved.
 const RESOLVED: f64 = 1.5;
 
@@ -182,12 +179,9 @@ impl Ductile {
         .with("energy_of_tears", "J", self.record.torn)
         .with("energy_of_collisions", "J", self.record.collided)
         .with("vibration", "J", self.settling.taken())
-        .with("energy_balance", "1", 1.0 + self.record.energy_off)
+        .with("energy_balance", "1", 1.0 + self.record.balance.off)
         .with("energy_of_crushed_contact", "J", crushed);
-        let off = self.record.energy_off;
-        if off.abs() > LEDGER {
-            report.warnings.push(format!("energy is off by {off:+.3} of what the hits had"));
-        }
+        report.warnings.extend(self.record.balance.tell());
         if self.record.thinnest > THINNEST {
             report.warnings.push(format!(
                 "a point was pressed to {:.3} of its thickness: beyond {:.2} the weights of the \

@@ -6,7 +6,8 @@
 //! neighbours are. A node whose points are no longer connected among themselves becomes one node
 //! for each connected set of them: so a crack that ends inside a node's reach parts nothing there,
 //! and where three fragments meet there are three fields (F17, F19). What has parted stays parted
-//! (F21).
+//! (F21). Where a node's near points are no longer connected the node parts as well, though a way
+//! leads round through points that are farther off.
 //!
 //! Connection is asked for among a node's own points, so that parts of a body that come close to
 //! each other, and touch nowhere, are not welded by the grid either.
@@ -20,6 +21,9 @@ const BOND: f64 = 0.8;
 
 /// Radius of a broken point's disc, in cells: discs of neighbours half a cell apart overlap.
 const DISC: f64 = 0.5;
+
+/// How far from a node its near points are, in cells: it parts where these do not hang together.
+pub(super) const NEAR: f64 = 1.0;
 
 /// In no piece yet.
 const OPEN: u32 = u32::MAX;
@@ -156,14 +160,15 @@ impl Bonds {
         }
     }
 
-    /// Cuts what the `broken` points (by id) cut; the nodes that this may disconnect, ascending.
+    /// Cuts what the `broken` points (by id) cut; the nodes that this may disconnect, ascending,
+    /// and whether what it cuts is near them.
     pub(super) fn grow(
         &mut self,
         broken: &[u32],
         grid: &BackgroundGrid,
         particles: &Particles,
         slots: &[u32],
-    ) -> Vec<u32> {
+    ) -> Vec<(u32, bool)> {
         let is_broken = |id: u32| particles.damage[slots[id as usize] as usize] >= 1.0;
         for &id in broken {
             // In cells a plane's normal is the covector n·h.
@@ -180,17 +185,27 @@ impl Bonds {
         for &id in broken {
             self.cut_around(id, &mut touched);
         }
-        let mut touched: Vec<u32> = touched.iter().map(|&id| slots[id as usize]).collect();
         touched.sort_unstable();
         touched.dedup();
-        let mut nodes: Vec<u32> = Vec::new();
-        for p in touched {
+        let mut nodes: Vec<(u32, bool)> = Vec::new();
+        for id in touched {
+            let p = slots[id as usize];
             let after = grid.elements.partition_point(|e| e.first <= p);
-            nodes.extend(grid.elements[after - 1].nodes);
+            let x = self.place(id);
+            nodes.extend(grid.elements[after - 1].nodes.map(|node| {
+                let place = Vec3::from(grid.nodes.place[node as usize].map(f64::from));
+                (node, (x - place).norm_squared() <= NEAR * NEAR)
+            }));
         }
-        nodes.sort_unstable();
-        nodes.dedup();
+        // What is near comes first of each.
+        nodes.sort_unstable_by_key(|&(node, near)| (node, !near));
+        nodes.dedup_by_key(|node| node.0);
         nodes
+    }
+
+    /// Place of a point, in cells.
+    pub(super) fn place(&self, id: u32) -> Vec3 {
+        self.places[id as usize]
     }
 
     /// Cuts the bonds of one broken point and those between whole points that cross its disc.

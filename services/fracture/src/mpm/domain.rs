@@ -260,6 +260,7 @@ impl Domain {
         for (v, &mass) in nodes.velocity.iter_mut().zip(&nodes.mass) {
             *v *= f64x4::splat(inverse(mass));
         }
+        self.contact.restart(nodes);
     }
 
     /// Moves every node by `displacement` \[m\] of its place before the hit.
@@ -276,16 +277,34 @@ impl Domain {
         self.cracks.bonds.pieces()
     }
 
-    /// Cuts the bonds between points for which `apart` holds, either way round: a crack that is
-    /// there from the start, given by the places of two points \[m\].
+    /// Cuts the bonds between points for which `apart` holds, either way round, given by the places
+    /// of two points \[m\]: what was sawn before anything broke, whose sides do not rub.
     pub fn sever(&mut self, apart: impl Fn(&Vec3, &Vec3) -> bool) {
         self.cracks.bonds.sever(apart, &self.particles, &self.slot);
-        let nodes: Vec<u32> = (0..self.grid.nodes.len() as u32).collect();
+        let nodes: Vec<_> = (0..self.grid.nodes.len() as u32).map(|node| (node, true)).collect();
+        self.split(&nodes);
+        self.contact.saw(&self.grid.nodes);
+        self.touch();
+    }
+
+    /// Cuts the bonds between points for which `apart` holds, within `reach` of `middle` \[m\]: a
+    /// crack that comes now, whose sides rub.
+    pub fn crack(&mut self, middle: &Vec3, reach: f64, apart: impl Fn(&Vec3, &Vec3) -> bool) {
+        let near = |x: &Vec3| (x - middle).norm() < reach + self.grid.spacing.norm() * 2.0;
+        let apart = |a: &Vec3, b: &Vec3| near(a) && apart(a, b);
+        self.cracks.bonds.sever(apart, &self.particles, &self.slot);
+        let nodes = (0..self.grid.nodes.len() as u32).map(|node| (node, true));
+        let nodes: Vec<_> = nodes.filter(|node| near(&self.grid.place(node.0 as usize))).collect();
         self.split(&nodes);
     }
 
+    /// Lets the sides of cracks rub, with Coulomb's coefficient μ \[1\].
+    pub fn rub(&mut self, friction: f64) {
+        self.contact.friction = friction;
+    }
+
     /// Splits those of these nodes whose points no longer connect.
-    fn split(&mut self, nodes: &[u32]) {
+    fn split(&mut self, nodes: &[(u32, bool)]) {
         let (grid, particles) = (&mut self.grid, &mut self.particles);
         let changes: SplitChanges = split(&self.cracks.bonds, nodes, grid, particles, &self.slot);
         if changes.elements.is_empty() {
@@ -313,19 +332,6 @@ impl Domain {
     #[must_use]
     pub fn splits(&self) -> u64 {
         self.cracks.splits
-    }
-
-    /// The nodes that see points with these shares, ascending, and what falls to each \[1\].
-    #[must_use]
-    pub fn carriers(&self, shares: &[(u32, f64)]) -> Vec<(u32, f64)> {
-        let mut all = vec![0.0; self.grid.nodes.len()];
-        for &(id, share) in shares {
-            let p = self.slot(id);
-            let nodes = &self.element(p).nodes;
-            let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
-            stencil.visit(|k, weight, _| all[nodes[k] as usize] += share * weight);
-        }
-        (0..).zip(all).filter(|one| one.1 > 0.0).collect()
     }
 
     /// Looks each so many steps at what has parted, at least one.
@@ -374,7 +380,9 @@ impl Domain {
     /// Parts the nodes that the cracks since the last time have passed.
     fn separate(&mut self) {
         let broken = std::mem::take(&mut self.cracks.broken);
-        let nodes = self.cracks.bonds.grow(&broken, &self.grid, &self.particles, &self.slot);
+        let mut nodes = self.cracks.bonds.grow(&broken, &self.grid, &self.particles, &self.slot);
+        // Tears of what flows are as wide as cells are.
+        nodes.iter_mut().for_each(|node| node.1 &= self.particles.flow.is_empty());
         self.split(&nodes);
     }
 
@@ -464,7 +472,7 @@ impl Domain {
             damage: self.particles.damage[p],
             strength: UNBREAKABLE,
             shielded: self.particles.shielded[p],
-            sudden: false,
+            lone: 1.0,
         };
         law.softening.respond(&green_strain(h), state).stress
     }

@@ -65,6 +65,18 @@ impl LameParameters {
         0.5 * self.lame / (self.lame + self.shear)
     }
 
+    /// Ψ of Green's strain E of the undamaged solid \[J/m³\].
+    #[must_use]
+    pub fn stored(&self, e: &Sym3) -> f64 {
+        let (trace, adjoint) = (e[0] + e[1] + e[2], adjugate(e));
+        let det = e[0] * adjoint[0] + e[3] * adjoint[3] + e[5] * adjoint[5];
+        let minors = adjoint[0] + adjoint[1] + adjoint[2];
+        let d = 2.0 * trace + 4.0 * minors + 8.0 * det;
+        // μ/2 (tr C − 3 − ln J²) + λ/4 (J² − 1 − ln J²), and tr C − 3 = d less the minors of C.
+        let rest = 4.0 * minors + 8.0 * det;
+        0.5 * self.shear * (excess(d) - rest) + 0.25 * self.lame * excess(d)
+    }
+
     /// What principal `strains` (Green's, in any order) would bear if those directions that are
     /// pulled kept their stiffness while their cracks open \[Pa\]; of what is pulled the solid
     /// bears all but the share `taken`.

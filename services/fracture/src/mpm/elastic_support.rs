@@ -22,6 +22,10 @@ pub struct ElasticSupport {
     depth: f64,
     /// Impulse given to the body \[N·s\].
     pub delivered: f64,
+    /// Work done on the body so far \[J\].
+    pub work: f64,
+    /// Impulse of the last step \[N·s\], and the speed of the body there before it \[m/s\].
+    last: (f64, f64),
 }
 
 impl ElasticSupport {
@@ -39,6 +43,8 @@ impl ElasticSupport {
             mobility: support.mobility,
             depth: 0.0,
             delivered: 0.0,
+            work: 0.0,
+            last: (0.0, 0.0),
         }
     }
 
@@ -46,10 +52,20 @@ impl ElasticSupport {
     pub fn push(&mut self, domain: &mut Domain) {
         let impulse = self.stiffness * self.depth.max(0.0) * domain.step;
         let own = -self.mobility * self.delivered;
-        self.depth -= (self.patch.speed(domain, &self.normal) - own) * domain.step;
+        let speed = self.patch.speed(domain, &self.normal);
+        self.depth -= (speed - own) * domain.step;
+        self.last = (impulse, speed);
         if impulse > 0.0 {
             self.delivered += impulse;
             self.patch.push(domain, self.normal * impulse);
+        }
+    }
+
+    /// Books the work of the step that was just taken, as a striker's is.
+    pub fn book(&mut self, domain: &Domain) {
+        let (impulse, before) = self.last;
+        if impulse > 0.0 {
+            self.work += 0.5 * impulse * (before + self.patch.speed(domain, &self.normal));
         }
     }
 }

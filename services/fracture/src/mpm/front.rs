@@ -1,10 +1,10 @@
 //! Which points a crack may have come near: strength where the grid is too coarse for it (F01).
 //!
-//! A crack that grows is seen on the grid as a stress of about √(2EG_f/l), however strong the
-//! material, so growth goes by that cap and spends G_f. Away from cracks the cap has no business:
-//! there the material breaks at its own strength, at once, since it then holds more energy than a
-//! crack needs. A broken point therefore opens its neighbourhood to growth, no sooner than a crack
-//! could arrive: at most with Rayleigh's speed (D1).
+//! A crack that grows is seen on the grid as a stress of about √(EG_f/h), however strong the
+//! material, so growth goes by a cap of half of that and spends G_f. Away from cracks the cap has
+//! no business: there the material breaks at its own strength, the more sharply the more it then
+//! holds. A broken point therefore opens its neighbourhood to growth, no sooner than a crack could
+//! arrive: at most with Rayleigh's speed (D1).
 
 use cullet_geometry::Vec3;
 

@@ -152,9 +152,9 @@ impl BackgroundGrid {
     }
 
     /// Where each of `nodes` is: element times 27 plus the node's number in it; no rows for others.
-    pub(super) fn rows_of(&self, nodes: &[u32]) -> Incidence {
+    pub(super) fn rows_of(&self, nodes: impl Iterator<Item = u32>) -> Incidence {
         let mut asked = vec![false; self.nodes.len()];
-        nodes.iter().for_each(|&node| asked[node as usize] = true);
+        nodes.for_each(|node| asked[node as usize] = true);
         let mut found: Vec<(u32, u32)> = Vec::new();
         for (row, &node) in self.elements.iter().flat_map(|e| &e.nodes).enumerate() {
             if asked[node as usize] {
@@ -227,7 +227,7 @@ mod tests {
         }
         assert!((grid.nodes.mass.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let all: Vec<u32> = (0..grid.nodes.len() as u32).collect();
-        let rows = grid.rows_of(&all);
+        let rows = grid.rows_of(all.into_iter());
         assert_eq!(rows.entries.len(), super::AROUND * grid.elements.len());
         for n in 0..grid.nodes.len() {
             for &row in rows.of(n) {

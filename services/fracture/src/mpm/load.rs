@@ -47,6 +47,8 @@ pub struct ImpactLoad {
 struct PushState {
     /// Given in the last step \[N·s\].
     last: f64,
+    /// Speed of the surface before that \[m/s\].
+    surface: f64,
     /// When the two last touched \[s\].
     touched: f64,
     over: bool,
@@ -129,10 +131,23 @@ impl ImpactLoad {
         self.contact.greatest()
     }
 
-    /// Energy that the striker has lost \[J\]: what the body has got, and what the spring holds.
+    /// Whether an approach of that energy \[J\] crushes the contact.
     #[must_use]
-    pub fn lost(&self) -> f64 {
-        0.5 * self.delivered * (self.striker.closing_speed + self.striker.speed)
+    pub fn will_crush(&self, energy: f64) -> bool {
+        self.contact.crushes(energy)
+    }
+
+    /// How deep the cap is that the contact has pressed in so far, a²/R \[m\].
+    #[must_use]
+    pub fn depth_of_cap(&self) -> f64 {
+        let radius = self.contact.widest();
+        radius * radius / self.contact.relative_radius()
+    }
+
+    /// Energy that crushing of the contact has taken so far \[J\].
+    #[must_use]
+    pub fn crushed(&self) -> f64 {
+        self.contact.crushed()
     }
 
     /// Whether nothing more is to come.
@@ -146,12 +161,12 @@ impl ImpactLoad {
     /// The force is the spring's: it ends when the body gives way or the two part, so no push does
     /// more work than the striker loses (F12), nor gives more than `impulse`.
     pub fn push(&mut self, domain: &mut Domain) {
+        self.state.last = 0.0;
         if self.state.over {
             return;
         }
-        // What the force of the last step did, and how near that brought the two.
         let surface = self.patch.speed(domain, &self.direction);
-        self.work += self.state.last * surface;
+        self.state.surface = surface;
         self.striker.approach += (self.striker.speed - surface) * domain.step;
         self.force = self.contact.force(self.striker.approach.max(0.0));
         let left = self.impulse - self.delivered;
@@ -167,6 +182,15 @@ impl ImpactLoad {
             self.delivered += size;
             self.striker.speed -= size * self.striker.mobility;
             self.patch.push(domain, self.direction * size);
+        }
+    }
+
+    /// Books the work of the push in the step that was just taken: at the mean of the surface's
+    /// speeds before and after it, which is what it did, whatever else pushed there.
+    pub fn book(&mut self, domain: &Domain) {
+        if self.state.last > 0.0 {
+            let after = self.patch.speed(domain, &self.direction);
+            self.work += 0.5 * self.state.last * (self.state.surface + after);
         }
     }
 }

@@ -66,6 +66,60 @@ impl LoadPatch {
     }
 }
 
+/// Points that are pushed apart from the axis of a contact: a generalised force S whose coordinate
+/// is how far they have moved outward in the mean.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SpreadPatch {
+    /// Point ids and the push of each at S = 1: outward, less the mean.
+    shares: Vec<(u32, Vec3)>,
+    /// Nodes and theirs, as long as no node is split.
+    nodes: Vec<(u32, Vec3)>,
+    seen: Option<u64>,
+}
+
+impl SpreadPatch {
+    /// The points of a patch about the axis along `normal` through `point` \[m\].
+    #[must_use]
+    pub fn new(patch: &LoadPatch, domain: &Domain, point: &Vec3, normal: &Vec3) -> Self {
+        let outward = |&(id, share): &(u32, f64)| {
+            let arm = domain.particles.reference[domain.slot(id)] - point;
+            let aside = arm - normal * arm.dot(normal);
+            (id, share, aside.try_normalize(0.0).unwrap_or_default())
+        };
+        let all: Vec<(u32, f64, Vec3)> = patch.shares.iter().map(outward).collect();
+        let mean: Vec3 = all.iter().map(|(_, share, out)| out * *share).sum();
+        let shares = all.into_iter().map(|(id, share, out)| (id, (out - mean) * share)).collect();
+        Self { shares, ..Self::default() }
+    }
+
+    fn find(&mut self, domain: &Domain) {
+        if self.seen != Some(domain.splits()) {
+            self.nodes = domain.carriers(&self.shares);
+            self.seen = Some(domain.splits());
+        }
+    }
+
+    /// How far the points have moved outward \[m\], and how fast they do \[m/s\].
+    pub fn motion(&mut self, domain: &Domain) -> (f64, f64) {
+        self.find(domain);
+        let nodes = &domain.grid.nodes;
+        let along = |of: &[wide::f64x4]| -> f64 {
+            self.nodes.iter().map(|(n, out)| vector(of[*n as usize]).dot(out)).sum()
+        };
+        (along(&nodes.displacement), along(&nodes.velocity))
+    }
+
+    /// Pushes the points outward with `impulse` \[N·s\].
+    pub fn push(&mut self, domain: &mut Domain, impulse: f64) {
+        self.find(domain);
+        let nodes = &mut domain.grid.nodes;
+        for (n, out) in &self.nodes {
+            let n = *n as usize;
+            nodes.velocity[n] += packed(out * (impulse / nodes.mass[n]));
+        }
+    }
+}
+
 /// The points near a contact and their shares of its force, which sum to 1.
 fn disc(domain: &Domain, point: &Vec3, normal: &Vec3, radius: f64) -> Vec<(u32, f64)> {
     let spacing = &domain.grid.spacing;

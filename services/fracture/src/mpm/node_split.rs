@@ -1,5 +1,11 @@
-//! Splits nodes whose points are no longer connected, and makes elements of points that still see
-//! the same nodes.
+//! Splits nodes whose points are no longer connected, or whose near ones are not, and makes
+//! elements of points that still see the same nodes.
+//!
+//! A node sees points up to 1.5 cells away. Were it parted only once all of these are, a crack
+//! would pull on what it has passed for a cell more: the way round its tip is then still within the
+//! node's reach.
+
+mod near;
 
 use super::bonds::Bonds;
 use super::clusters::{NONE, PointClusters};
@@ -58,15 +64,16 @@ impl NodePart {
     }
 }
 
-/// Splits those of `nodes`, each named once, whose points are not connected.
+/// Splits those of `nodes`, each named once, whose points are not connected; of those that are
+/// marked also where the near ones are not.
 pub(super) fn split(
     bonds: &Bonds,
-    nodes: &[u32],
+    nodes: &[(u32, bool)],
     grid: &mut BackgroundGrid,
     particles: &mut Particles,
     slots: &[u32],
 ) -> SplitChanges {
-    let rows = grid.rows_of(nodes);
+    let rows = grid.rows_of(nodes.iter().map(|node| node.0));
     let mut asked = vec![false; grid.elements.len()];
     rows.entries.iter().for_each(|&row| asked[row as usize / AROUND] = true);
     let elements: Vec<u32> = (0..asked.len() as u32).filter(|&e| asked[e as usize]).collect();
@@ -77,7 +84,8 @@ pub(super) fn split(
         .map_init(
             || Marks::new(particles.len(), clusters.len()),
             |marks, nodes| -> Vec<(u32, Vec<NodePart>)> {
-                let parts = nodes.iter().map(|&node| (node, search.parts(node, marks)));
+                let parts =
+                    nodes.iter().map(|&(node, near)| (node, search.parts(node, near, marks)));
                 parts.filter(|(_, parts)| parts.len() > 1).collect()
             },
         )
@@ -113,7 +121,7 @@ impl SplitSearch<'_> {
     /// The connected sets of a node's whole points, in the order of their first points; none where
     /// there are not several. Broken points join nothing: each goes with the set that it has most
     /// bonds with, or where it is surrounded by broken ones, with its neighbour.
-    fn parts(&self, node: u32, marks: &mut Marks) -> Vec<NodePart> {
+    fn parts(&self, node: u32, near: bool, marks: &mut Marks) -> Vec<NodePart> {
         let rows = self.rows.of(node as usize);
         for &row in rows {
             for cluster in self.clusters.of_element(row / AROUND as u32) {
@@ -130,7 +138,12 @@ impl SplitSearch<'_> {
             }
             at += 1;
         }
-        let parts = if count > 1 { self.divide(rows, count, marks) } else { Vec::new() };
+        let parted = if near { self.near_sets(node, rows, marks) } else { 0 };
+        let parts = match parted {
+            0 | 1 if count > 1 => self.divide(rows, count, marks),
+            0 | 1 => Vec::new(),
+            sets => self.divide_near(rows, sets, marks),
+        };
         for cluster in marks.own.drain(..) {
             marks.clusters[cluster as usize] = AWAY;
         }
@@ -171,6 +184,11 @@ impl SplitSearch<'_> {
                 marks.points[id as usize] = marks.clusters[cluster as usize];
             }
         }
+        self.gather(rows, count, marks)
+    }
+
+    /// What each of `count` sets has, by the labels of its whole points.
+    fn gather(&self, rows: &[u32], count: u32, marks: &mut Marks) -> Vec<NodePart> {
         self.share_broken(count, marks);
         marks.broken.clear();
         let mut parts: Vec<NodePart> = (0..count).map(|_| NodePart::default()).collect();
@@ -246,6 +264,8 @@ struct Marks {
     points: Vec<u32>,
     /// The node's broken points by id.
     broken: Vec<u32>,
+    /// The node's near points by id.
+    near: Vec<u32>,
     stack: Vec<u32>,
 }
 
@@ -256,6 +276,7 @@ impl Marks {
             clusters: vec![AWAY; clusters],
             points: vec![AWAY; points],
             broken: Vec::new(),
+            near: Vec::new(),
             stack: Vec::new(),
         }
     }

@@ -48,17 +48,19 @@ impl Spin {
         -self.rate.cross(&self.rate.cross(x))
     }
 
-    /// Work of the centrifugal forces since the nodes were in place: ½ Σ m (|ω×x|² − |ω×X|²), which
-    /// is ½ Σ m (ω×u)·(ω×(2X + u)) \[J\].
+    /// Work of the centrifugal forces since the nodes were in place, as far as half the last step
+    /// \[s\] before now, where the velocities are: ½ Σ m (|ω×x|² − |ω×X|²), which is
+    /// ½ Σ m (ω×u)·(ω×(2X + u)) \[J\].
     #[must_use]
-    pub fn work(&self, grid: &BackgroundGrid) -> f64 {
-        (0..grid.nodes.len())
-            .map(|n| {
-                let (x, u) = (grid.place(n), vector(grid.nodes.displacement[n]));
-                let twice = self.rate.cross(&u).dot(&self.rate.cross(&(x * 2.0 + u)));
-                0.5 * grid.nodes.mass[n] * twice
-            })
-            .sum()
+    pub fn work(&self, grid: &BackgroundGrid, step: f64) -> f64 {
+        let nodes = &grid.nodes;
+        let one = |n: usize| {
+            let back = vector(nodes.velocity[n]) * (0.5 * step);
+            let (x, u) = (grid.place(n), vector(nodes.displacement[n]) - back);
+            let twice = self.rate.cross(&u).dot(&self.rate.cross(&(x * 2.0 + u)));
+            0.5 * nodes.mass[n] * twice
+        };
+        (0..nodes.len()).map(one).sum()
     }
 }
 
@@ -142,7 +144,7 @@ mod tests {
             let wanted = most * (1.0 - x * x / (length * length));
             assert!((mean - wanted).abs() < 0.05 * most, "{mean} at {x}, not {wanted}");
         }
-        let work = domain.spin.expect("it turns").work(&domain.grid);
+        let work = domain.spin.expect("it turns").work(&domain.grid, 0.0);
         // ½ Σ σ ε V of that stress is half of what the forces would do at full strength.
         assert!((2.0 * domain.elastic_energy() / work - 1.0).abs() < 0.1);
     }

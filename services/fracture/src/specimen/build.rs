@@ -171,6 +171,7 @@ pub(super) fn domain(specimen: &SpecimenProblem) -> Result<Domain, Refusal> {
         domain.let_flow(&specimen.matter.material, rule);
     }
     domain.select(s.precision, SimdLevel::best());
+    domain.rub(specimen.matter.surface.friction);
     domain.fields = if s.points.welded { VelocityFields::Single } else { VelocityFields::Split };
     domain.check_cracks_every(s.points.look.into());
     if several {

@@ -4,7 +4,7 @@ use super::FAMILY;
 use crate::mpm::domain::stable_step;
 use cullet_geometry::{Mat3, Quat, Vec3, shapes};
 use cullet_model::strength::Region;
-use cullet_model::{Material, PointPrecision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField, SurfaceLaw};
 use cullet_specimen::{
     Amplitude, Ending, Hold, InitialState, Load, LoadKind, Matter, Output, PointField, PointLayout,
     PointSettings, Probe, Reduce, SpecimenBody, SpecimenOutcome, SpecimenProblem, SpecimenRun,
@@ -35,6 +35,7 @@ fn bar(length: f64, side: f64, spacing: f64) -> SpecimenProblem {
         },
         matter: Matter {
             material: STONE,
+            surface: SurfaceLaw::of(&STONE),
             flow: None,
             zones: Vec::new(),
             strength,

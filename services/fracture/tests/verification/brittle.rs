@@ -9,7 +9,7 @@ use cullet_geometry::inside::Inside;
 use cullet_geometry::{Solid, Vec3, sample, shapes};
 use cullet_model::{
     BrittleProblem, Fragmentation, Impact, Material, PointPrecision, Progress, Refusal, Settings,
-    Solver, StrengthField, Support, entry,
+    Solver, StrengthField, Support, SurfaceLaw, entry,
 };
 use std::sync::Arc;
 
@@ -28,6 +28,7 @@ fn block(size: Vec3, material: Material, impacts: Vec<Impact>) -> BrittleProblem
         solid: Arc::new(Solid::outer(mesh)),
         material,
         strength: StrengthField { seed: 7, ..StrengthField::default() },
+        surface: SurfaceLaw::of(&material),
         impacts,
         supports: Vec::new(),
         spin: Vec3::zeros(),

@@ -229,3 +229,43 @@ fn two_equal_bars_exchange_velocities() {
     let left = mean(&domain, true);
     assert!((left + 0.5).abs() < 0.02, "left bar flies on with {left}");
 }
+
+/// A block that slides on another is braked by μ of what presses it, sticks where it would be
+/// slower than that, and what rubbing takes is booked: motion, strain and loss sum to what was.
+#[test]
+fn sides_that_slide_rub_and_the_energy_closes() {
+    let slide = |friction: f64, sawn: bool| {
+        let points = lattice([8, 8, 4], Vec3::new(-4.0, -4.0, -2.0) * SPACING);
+        let mut domain = body(&points, &STONE);
+        domain.rub(friction);
+        let cut = |a: &Vec3, b: &Vec3| a.z < 0.0 && b.z > 0.0;
+        match sawn {
+            true => domain.sever(cut),
+            false => domain.crack(&Vec3::zeros(), 1.0, cut),
+        }
+        // The halves come together, one of them aslant.
+        domain.launch(|x| if x.z > 0.0 { Vec3::new(0.2, 0.0, -0.4) } else { Vec3::zeros() });
+        let start = domain.energy().found();
+        let (mut met, mut off) = (0.0, 0.0_f64);
+        for _ in 0..400 {
+            met += domain.advance().collided;
+            off = off.max(((domain.energy().found() + met) / start - 1.0).abs());
+        }
+        let motions = domain.motions();
+        let above = domain.particles.reference.iter().zip(&motions).filter(|(x, _)| x.z > 0.0);
+        let speeds: Vec<Vec3> = above.map(|(_, motion)| motion.velocity).collect();
+        (speeds.iter().sum::<Vec3>() / speeds.len() as f64, met / start, off)
+    };
+    let (smooth, rough) = (slide(0.0, false), slide(0.2, false));
+    for (_, _, off) in [&smooth, &rough] {
+        assert!(*off < 0.01, "energy is off by {off}");
+    }
+    assert!((smooth.0.x - 0.2).abs() < 1e-3 && smooth.1 < 0.15, "{smooth:?}");
+    // Each N·s that presses brakes by μ of it: both halves are as heavy.
+    let pressed = 0.4 + rough.0.z;
+    assert!((0.2 - rough.0.x - 0.2 * pressed).abs() < 0.02, "{rough:?}");
+    assert!(rough.1 - smooth.1 > 0.04, "rubbing took {} of the energy", rough.1 - smooth.1);
+    let stuck = slide(10.0, false).0;
+    assert!((stuck.x - 0.1).abs() < 0.02, "both go on together: {stuck:?}");
+    assert_eq!(slide(10.0, true).0.x.to_bits(), smooth.0.x.to_bits(), "what was sawn is smooth");
+}

@@ -7,7 +7,7 @@ use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
 use cullet_model::outcome::{ADDED_CRACK_AREA, CLOSED_CRACK_AREA, FOUND_FRAGMENTS};
 use cullet_model::{
     ArtDirection, BodyRegion, CrackFaceDetail, Fragment, FragmentOrigin, Fragmentation, Impact,
-    Law, Material, Problem, Settings, StrengthField,
+    Law, Material, Problem, Settings,
 };
 
 /// A pot without a handle: a wall around a cavity.
@@ -43,7 +43,7 @@ fn problem(mesh: &TriMesh) -> Problem {
     };
     Problem {
         body: Solid::outer(mesh.clone()).into(),
-        law: Law::Brittle { material, strength: StrengthField::even() },
+        law: Law::even(material),
         impacts: vec![impact],
         supports: Vec::new(),
         spin: Vec3::zeros(),

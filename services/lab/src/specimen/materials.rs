@@ -6,7 +6,7 @@ use super::paths::{below, item, path};
 use cullet_document::tree::Path;
 use cullet_geometry::Vec3;
 use cullet_model::strength::{EVEN, StrengthLayers};
-use cullet_model::{Hardening, Material, PatternWeakPlane, StrengthField};
+use cullet_model::{Hardening, PatternWeakPlane, StrengthField};
 use cullet_scene::format::Material as Written;
 use cullet_scene::material::SceneMaterial;
 use cullet_scene::resolve::own_material;
@@ -42,13 +42,15 @@ impl SpecimenBuilder<'_> {
                 ("weak_plane", zone.material.weak_plane.is_some()),
                 ("layers", zone.material.layers.is_some()),
                 ("plasticity", zone.material.plasticity.is_some()),
+                ("hardness", zone.material.hardness.is_some()),
+                ("crack_friction", zone.material.crack_friction.is_some()),
             ] {
                 if given {
                     self.wrong(&below(&own, key), format!("a zone takes no `{key}`"));
                 }
             }
             let made = self.material(&zone.material, document.solver.breaks, &own);
-            zones.extend(made.map(|made| Zone { part, material: plain(&made) }));
+            zones.extend(made.map(|made| Zone { part, material: made.solid() }));
         }
         zones
     }
@@ -57,7 +59,7 @@ impl SpecimenBuilder<'_> {
     pub(super) fn whole(
         &mut self,
         document: &SpecimenDocument,
-    ) -> Option<(Material, Option<Hardening>, StrengthField)> {
+    ) -> Option<(SceneMaterial, Option<Hardening>, StrengthField)> {
         let at = path(&["material"]);
         let Some(written) = &document.material else {
             self.wrong(&[], "`material` is missing");
@@ -84,16 +86,6 @@ impl SpecimenBuilder<'_> {
         };
         // Slow and cold.
         let hardening = made.plasticity.map(|flow| flow.hardening);
-        Some((plain(&made), hardening, strength))
-    }
-}
-
-fn plain(made: &SceneMaterial) -> Material {
-    Material {
-        density: made.density,
-        young: made.young,
-        poisson: made.poisson,
-        failure_stress: made.strength,
-        fracture_energy: made.fracture_energy,
+        Some((made, hardening, strength))
     }
 }

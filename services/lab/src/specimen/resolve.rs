@@ -10,10 +10,11 @@ use cullet_document::files::{Files, key};
 use cullet_document::tree::{Node, Step};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Mat3, Pose, Quat, Solid, TriMesh, Vec3};
-use cullet_model::{Hardening, JohnsonCook, Material, PointPrecision, StrengthField};
+use cullet_model::{Hardening, JohnsonCook, PointPrecision, StrengthField};
 use cullet_proto::specimen::SpecimenJob;
 use cullet_scene::format::{Axis, Precision as WrittenPrecision};
 use cullet_scene::geometry::GeometrySource;
+use cullet_scene::material::SceneMaterial;
 use cullet_scene::shape;
 use cullet_specimen as core;
 use serde::Deserialize;
@@ -97,10 +98,11 @@ impl SpecimenBuilder<'_> {
         &mut self,
         document: &SpecimenDocument,
         zones: Vec<core::Zone>,
-        (material, yields, strength): (Material, Option<Hardening>, StrengthField),
+        (material, yields, strength): (SceneMaterial, Option<Hardening>, StrengthField),
     ) -> core::Matter {
         let (flow, patches) = (yields.map(JohnsonCook::from), self.patches(document));
-        core::Matter { material, flow, zones, strength, patches }
+        let (material, surface) = (material.solid(), material.surface);
+        core::Matter { material, surface, flow, zones, strength, patches }
     }
 
     /// All bodies in the specimen's frame, and the first triangle of each but the first.

@@ -3,7 +3,7 @@
 use super::FAMILY;
 use cullet_geometry::{Mat3, Quat, Vec3, shapes};
 use cullet_model::strength::{EVEN, Region};
-use cullet_model::{Material, PointPrecision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField, SurfaceLaw};
 use cullet_specimen::{
     Amplitude, Ending, Hold, InitialState, Load, LoadKind, Matter, Notch, Output, PointField,
     PointLayout, PointSettings, Probe, Reduce, SpecimenBody, SpecimenOutcome, SpecimenProblem,
@@ -35,6 +35,7 @@ fn strip(along: usize, across: usize) -> SpecimenProblem {
         },
         matter: Matter {
             material: PAPER,
+            surface: SurfaceLaw::of(&PAPER),
             flow: None,
             zones: Vec::new(),
             strength,

@@ -3,7 +3,7 @@
 use cullet_geometry::{Mat3, Quat, Vec3, shapes};
 use cullet_membrane::specimen::FAMILY;
 use cullet_model::strength::{EVEN, Region};
-use cullet_model::{Material, PointPrecision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField, SurfaceLaw};
 use cullet_specimen::{
     Amplitude, Ending, Hold, InitialState, Matter, Output, PointField, PointLayout, PointSettings,
     Probe, SpecimenBody, SpecimenProblem, SpecimenRun, SpecimenSettings, Spot, Start, TensorPart,
@@ -83,6 +83,7 @@ fn problem(strip: Strip, seed: u64) -> SpecimenProblem {
         body: SpecimenBody { mesh, parts: vec![], turn: Quat::identity(), shift: Vec3::zeros() },
         matter: Matter {
             material,
+            surface: SurfaceLaw::of(&material),
             flow: None,
             zones: vec![],
             strength: StrengthField { weibull: EVEN, ..StrengthField::default() },

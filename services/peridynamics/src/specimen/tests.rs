@@ -1,7 +1,7 @@
 use super::{FAMILY, read};
 use cullet_geometry::{Mat3, Quat, Vec3, shapes};
 use cullet_model::strength::Region;
-use cullet_model::{Hardening, JohnsonCook, Material, PointPrecision, StrengthField};
+use cullet_model::{Hardening, JohnsonCook, Material, PointPrecision, StrengthField, SurfaceLaw};
 use cullet_specimen::{
     Amplitude, Ending, Hold, InitialState, Load, LoadKind, Matter, Notch, Output, PointField,
     PointLayout, PointSettings, Probe, Reduce, SpecimenBody, SpecimenOutcome, SpecimenProblem,
@@ -31,6 +31,7 @@ fn bar() -> SpecimenProblem {
         },
         matter: Matter {
             material: STONE,
+            surface: SurfaceLaw::of(&STONE),
             flow: None,
             zones: Vec::new(),
             strength,

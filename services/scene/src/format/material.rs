@@ -133,6 +133,26 @@ pub struct Material {
         extend("minimum" = 0, "maximum" = 10, "x-default" = preset_or(DEFAULT_FRICTION))
     )]
     pub friction: Option<f64>,
+    /// Hardness H, the mean pressure at which a contact crushes or yields \[Pa\]: of two that meet
+    /// the softer one does.
+    #[serde(default)]
+    #[schemars(
+        schema_with = "unit::pressure",
+        extend(
+            "exclusiveMinimum" = 0,
+            "maximum" = 1e12,
+            "x-default" = "the preset's, or 3 times the flow stress at a strain of 0.08, or 30 \
+                           times `strength` if it does not yield"
+        )
+    )]
+    pub hardness: Option<f64>,
+    /// Coefficient of Coulomb friction between the sides of a crack \[1\].
+    #[serde(default)]
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 10, "x-default" = "0.85")
+    )]
+    pub crack_friction: Option<f64>,
     /// Whether bodies of this material break, unless a body says otherwise.
     #[serde(default)]
     #[schemars(extend("x-default" = "the preset's, or `true` without `preset`"))]

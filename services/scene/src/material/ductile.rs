@@ -1,6 +1,8 @@
 //! Presets of what yields: metals, a plastic, wet clay.
 
-use super::preset::{Preset, PresetFlow, PresetPlasticity, SCENES, TEXTBOOK, TOUGH, typical};
+use super::preset::{
+    FLOWS, Preset, PresetFlow, PresetPlasticity, SCENES, TEXTBOOK, TOUGH, typical,
+};
 use crate::sourced::Sourced;
 
 const COOK: &str = "as usually quoted of Johnson and Cook's law of 1983; not read here";
@@ -50,7 +52,7 @@ const fn johnson_cook(
 const fn ductile(
     (name, title): (&'static str, &'static str),
     [density, young, poisson, strength, fracture_energy]: [Sourced; 5],
-    [restitution, friction]: [f64; 2],
+    [restitution, friction, hardness]: [f64; 3],
     plasticity: Option<PresetPlasticity>,
 ) -> Preset {
     Preset {
@@ -64,6 +66,7 @@ const fn ductile(
         weibull: typical(40.0, TOUGH),
         restitution: typical(restitution, SCENES),
         friction: typical(friction, SCENES),
+        hardness: typical(hardness, FLOWS),
         breakable: true,
         treatment: None,
         plasticity,
@@ -79,7 +82,7 @@ pub(super) const ABS: Preset = ductile(
         typical(4e7, TEXTBOOK),
         typical(3000.0, TEXTBOOK),
     ],
-    [0.4, 0.4],
+    [0.4, 0.4, 1.22e8],
     hardening([4e7, 1e7, 1.0], PLASTIC),
 );
 
@@ -92,7 +95,7 @@ pub(super) const ALUMINIUM_6061: Preset = ductile(
         typical(3.1e8, TEXTBOOK),
         typical(10000.0, TEXTBOOK),
     ],
-    [0.3, 0.4],
+    [0.3, 0.4, 1.09e9],
     johnson_cook(
         [3.24e8, 1.14e8, 0.42],
         [0.002, 632.0, 1.34, 896.0],
@@ -109,7 +112,7 @@ pub(super) const ARMOUR_STEEL: Preset = ductile(
         typical(1.1e9, TEXTBOOK),
         typical(50000.0, TEXTBOOK),
     ],
-    [0.4, 0.4],
+    [0.4, 0.4, 3.17e9],
     johnson_cook(
         [7.92e8, 5.1e8, 0.26],
         [0.014, 1500.0, 1.03, 477.0],
@@ -126,7 +129,7 @@ pub(super) const CLAY: Preset = ductile(
         typical(40000.0, WET),
         typical(50.0, WET),
     ],
-    [0.05, 0.7],
+    [0.05, 0.7, 1.04e5],
     hardening([30000.0, 10000.0, 0.3], WET),
 );
 
@@ -139,7 +142,7 @@ pub(super) const COPPER: Preset = ductile(
         typical(2.2e8, TEXTBOOK),
         typical(1.5e5, TEXTBOOK),
     ],
-    [0.3, 0.4],
+    [0.3, 0.4, 6.7e8],
     johnson_cook(
         [9e7, 2.92e8, 0.31],
         [0.025, 1063.0, 1.09, 383.0],
@@ -156,6 +159,6 @@ pub(super) const LEAD: Preset = ductile(
         typical(1.7e7, TEXTBOOK),
         typical(20000.0, TEXTBOOK),
     ],
-    [0.1, 0.5],
+    [0.1, 0.5, 5.21e7],
     hardening([8e6, 2e7, 0.3], SOFT),
 );

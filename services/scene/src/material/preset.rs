@@ -26,6 +26,8 @@ pub struct Preset {
     pub restitution: Sourced,
     /// Coulomb friction \[1\].
     pub friction: Sourced,
+    /// Hardness H: mean pressure at which a contact crushes or yields \[Pa\].
+    pub hardness: Sourced,
     /// Whether bodies of it break unless they say otherwise: strikers do not.
     pub breakable: bool,
     /// What was done to it, if it is glass.
@@ -77,6 +79,13 @@ pub(super) const TEXTBOOK: &str = "usual textbook value";
 pub(super) const STRIKER: &str = "usual textbook value; a striker, not meant to break";
 pub(super) const SHEET: &str = "drawing sheet yields at 140 to 240 MPa; no measurement was read";
 pub(super) const SCENES: &str = "chosen for scenes; depends on shape, finish and speed";
+
+pub(super) const INDENTED: &str = "hardness by an indenter, as usually quoted; not read here";
+pub(super) const STAMPED: &str =
+    "by a stamp of millimetres; its minerals have 6 to 8 GPa; no measurement was read";
+pub(super) const CUBES: &str =
+    "three times the strength of a cube in compression, for what is around holds it";
+pub(super) const FLOWS: &str = "three times the flow stress at a strain of 0.08 (Tabor)";
 
 pub(super) const CERAMIC: &str =
     "ceramics scatter with 5 to 20; no measurement of this one was read";

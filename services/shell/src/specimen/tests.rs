@@ -3,7 +3,7 @@
 use super::FAMILY;
 use cullet_geometry::{Mat3, Quat, Vec3, shapes};
 use cullet_model::strength::Region;
-use cullet_model::{Material, PointPrecision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField, SurfaceLaw};
 use cullet_specimen::{
     Amplitude, Ending, Hold, InitialState, Load, LoadKind, Matter, Notch, Output, PointField,
     PointLayout, PointSettings, Probe, SpecimenBody, SpecimenOutcome, SpecimenProblem, SpecimenRun,
@@ -31,6 +31,7 @@ fn strip(along: usize, across: usize) -> SpecimenProblem {
         body: SpecimenBody { mesh, parts: Vec::new(), turn, shift },
         matter: Matter {
             material: GLASS,
+            surface: SurfaceLaw::of(&GLASS),
             flow: None,
             zones: Vec::new(),
             strength,

@@ -4,7 +4,7 @@ use cullet_geometry::shapes::{self, Detail};
 use cullet_geometry::{Quat, Solid, Vec3};
 use cullet_model::{
     BrittleProblem, Fragment, FragmentOrigin, Fragmentation, Impact, Material, Problem, Progress,
-    Settings, Solver, StrengthField, Support,
+    Settings, Solver, StrengthField, Support, SurfaceLaw,
 };
 use cullet_shell::ShellSolver;
 use cullet_shell::solve::ShellSolve;
@@ -54,6 +54,7 @@ pub(super) fn pane(size: [f64; 3], radius: f64, speed: f64, settings: Settings) 
         solid: Arc::new(Solid::outer(mesh)),
         material: GLASS,
         strength: StrengthField { weibull: 7.0, seed: 4, ..StrengthField::even() },
+        surface: SurfaceLaw::of(&GLASS),
         impacts: vec![ball(radius, speed, mass, Vec3::new(0.006, -0.004, z))],
         supports: (0..4).map(corner).collect(),
         spin: Vec3::zeros(),

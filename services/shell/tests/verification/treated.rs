@@ -16,7 +16,7 @@ const TOUGHENED: Treatment = Treatment::Toughened { surface_stress: 90e6 };
 /// The problem of a pane whose glass was treated.
 fn treated(problem: BrittleProblem, treatment: Treatment) -> Problem {
     let mut problem = Problem::from(problem);
-    let Law::Brittle { material, strength } = problem.law else { panic!("another law") };
+    let Law::Brittle { material, strength, .. } = problem.law else { panic!("another law") };
     problem.law = Law::Treated { material, strength, treatment };
     problem
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::ContactMaterial;
 use cullet_geometry::{Pose, Solid, TriMesh};
-use cullet_model::Material;
+use cullet_model::{Material, SurfaceLaw};
 use std::sync::Arc;
 
 /// A tetrahedron around the origin.
@@ -31,6 +31,8 @@ fn spec() -> BodySpec {
             },
             restitution: 0.2,
             friction: 0.5,
+            surface: SurfaceLaw { hardness: 3e7, friction: 0.85 },
+            flows: false,
         },
         pose: Pose::identity(),
         velocity: Vec3::zeros(),

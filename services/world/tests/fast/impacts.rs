@@ -4,6 +4,7 @@ use crate::common;
 
 use common::*;
 use cullet_geometry::{Quat, Vec3};
+use cullet_model::SurfaceLaw;
 use cullet_world::{
     BodySpec, ContactMaterial, Elastic, World, WorldSettings, effective_modulus, hertz,
 };
@@ -176,5 +177,19 @@ fn a_hard_landing_does_not_sink_in() {
         assert!(low > -1e-3, "from {height} m the ball sank by {low} m");
         assert!(near > -1e-3, "from {height} m the bolt sank by {near} m");
         assert!(low < 1e-3 && near < 1e-3, "they touched: {low} {near}");
+    }
+}
+
+/// A contact yields where the softer of two does; what flows in its own solve has a contact that
+/// yields where the other does.
+#[test]
+fn a_contact_yields_at_the_hardness_of_the_softer() {
+    let floor = STEEL.surface.hardness;
+    for (hardness, flows, yields) in
+        [(2.0 * floor, false, floor), (0.4 * floor, false, 0.4 * floor), (0.4 * floor, true, floor)]
+    {
+        let surface = SurfaceLaw { hardness, ..GLASS.surface };
+        let (_, hits) = drop_ball(0.01, 0.5, ContactMaterial { surface, flows, ..GLASS });
+        assert_eq!(hits[0].impact.crushing_pressure, yields, "{hardness} Pa, flows: {flows}");
     }
 }

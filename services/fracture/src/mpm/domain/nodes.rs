@@ -4,6 +4,7 @@ use super::{Domain, PointMotion};
 use crate::mpm::stencil::{AROUND, Stencil, gather, packed, vector};
 use cullet_fragment::pressed_body::{PressClock, PressedBody};
 use cullet_geometry::{Mat3, Vec3};
+use std::ops::{AddAssign, Mul};
 use wide::f64x4;
 
 impl PointMotion {
@@ -50,6 +51,24 @@ impl Domain {
     pub fn set_node_velocities(&mut self, velocities: &[Vec3]) {
         let pairs = self.grid.nodes.velocity.iter_mut().zip(velocities);
         pairs.for_each(|(v, new)| *v = packed(*new));
+        self.contact.restart(&self.grid.nodes);
+    }
+
+    /// The nodes that see points with these shares, numbers or vectors, ascending, and what falls
+    /// to each \[1\].
+    #[must_use]
+    pub fn carriers<T>(&self, shares: &[(u32, T)]) -> Vec<(u32, T)>
+    where
+        T: Copy + Default + PartialEq + Mul<f64, Output = T> + AddAssign,
+    {
+        let mut all = vec![T::default(); self.grid.nodes.len()];
+        for &(id, share) in shares {
+            let p = self.slot(id);
+            let nodes = &self.element(p).nodes;
+            let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
+            stencil.visit(|k, weight, _| all[nodes[k] as usize] += share * weight);
+        }
+        (0..).zip(all).filter(|one| one.1 != T::default()).collect()
     }
 
     /// The points that hold together with a whole one, by number.

@@ -3,25 +3,60 @@
 use super::Domain;
 use crate::mpm::elastic::green_strain;
 use crate::mpm::stencil::vector;
-use cullet_geometry::Vec3;
+use cullet_geometry::{Mat3, Vec3};
+use cullet_model::EnergyAccount;
+use rayon::prelude::*;
+
+/// Points of a piece of work.
+const CHUNK: usize = 1024;
 
 impl Domain {
     /// Elastic energy \[J\].
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
+        self.elastic_energy_back(0.0)
+    }
+
+    /// Energy of motion and of strain, both in the middle of the step that was just taken, where
+    /// the velocities are; the rest of the account is left to fill in.
+    #[must_use]
+    pub fn energy(&self) -> EnergyAccount {
+        EnergyAccount {
+            kinetic: self.kinetic_energy(),
+            elastic: self.elastic_energy_back(0.5 * self.step),
+            ..EnergyAccount::default()
+        }
+    }
+
+    /// Elastic energy `time` \[s\], half a step, ago: ½u·Ku′ of the places u before and u′ after
+    /// the step, which with the energy of motion is what steps of this kind keep \[J\]. That is the
+    /// energy in the middle less that of the strain v Δt/2 by itself.
+    fn elastic_energy_back(&self, time: f64) -> f64 {
         let (motions, particles) = (self.motions(), &self.particles);
-        let points = motions.iter().enumerate().filter(|(p, _)| !particles.eroded[*p]);
-        points
-            .map(|(p, motion)| {
-                let strain = green_strain(&motion.displacement_gradient);
-                let law = &self.response.laws[particles.kind[p] as usize];
-                let energy = match &law.flow {
-                    Some(flow) => flow.energy(&strain, &particles.flow[p]),
-                    None => law.softening.energy(&strain, particles.damage[p]),
-                };
-                particles.volume[p] * energy
-            })
-            .sum()
+        let energy = |p: usize| {
+            let (h, rate) = (&motions[p].displacement_gradient, &motions[p].velocity_gradient);
+            let middle = h - rate * time;
+            let strain = green_strain(&middle);
+            let law = &self.response.laws[particles.kind[p] as usize];
+            let damage = particles.damage[p];
+            let held = match &law.flow {
+                Some(flow) => flow.energy(&strain, &particles.flow[p]),
+                None if damage > 0.0 => law.softening.energy(&strain, damage),
+                None => law.elastic.stored(&strain),
+            };
+            if time == 0.0 {
+                return particles.volume[p] * held;
+            }
+            let drawn = (Mat3::identity() + middle).transpose() * rate * time;
+            let half = (drawn + drawn.transpose()) * 0.5;
+            let (trace, square) = (half.trace(), half.norm_squared());
+            let own = 0.5 * law.elastic.lame * trace * trace + law.elastic.shear * square;
+            particles.volume[p] * (held - (1.0 - damage) * own)
+        };
+        let points: Vec<usize> = (0..motions.len()).filter(|&p| !particles.eroded[p]).collect();
+        let sums: Vec<f64> =
+            points.par_chunks(CHUNK).map(|chunk| chunk.iter().map(|&p| energy(p)).sum()).collect();
+        sums.into_iter().sum()
     }
 
     /// Kinetic energy \[J\].

@@ -364,6 +364,11 @@ impl Cold<'_, '_> {
                 continue;
             }
             let p = slot.point[lane] as usize;
+            if self.view.eroded[p] {
+                // It is out of the account: what its nodes do on either side of it is no strain.
+                (0..6).for_each(|i| stress[i][k] = R::of(0.0));
+                continue;
+            }
             let square = effective.square[k].wide();
             let crushed = square <= CRUSHED * CRUSHED;
             let tally = &mut self.tallies[lane];

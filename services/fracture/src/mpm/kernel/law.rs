@@ -208,9 +208,10 @@ impl PointLaw<'_> {
         let time = if view.front_time[p] < f64::INFINITY { f64::INFINITY } else { self.time };
         let softening = self.softening(view, p);
         let damage = view.damage[p];
-        let reached = softening.least_threshold(damage) * softening.weakest();
+        let (strength, lone) = self.strength(view, p, time);
+        let reached = softening.least_threshold(damage, lone) * softening.weakest();
         let reached = reached * softening.least_pull(damage);
-        (softening.strength * self.strength(view, p, time).0 * reached).min(WATCH)
+        (softening.strength * strength * reached).min(WATCH)
     }
 
     /// Lets a point of Green's strain `strain` \[1\] flow and tear, and returns what it bears
@@ -272,12 +273,8 @@ impl PointLaw<'_> {
         rate: impl FnOnce() -> f64,
     ) -> Sym3 {
         let (strength, lone) = self.strength(view, p, self.time);
-        let state = DamageState {
-            damage: view.damage[p],
-            strength,
-            shielded: view.shielded[p],
-            sudden: lone > 1.0,
-        };
+        let state =
+            DamageState { damage: view.damage[p], strength, shielded: view.shielded[p], lone };
         let response = self.softening(view, p).respond(strain, state);
         if response.damage > state.damage {
             tally.grown += 1;

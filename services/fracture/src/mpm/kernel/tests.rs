@@ -74,7 +74,7 @@ fn naive_forces(grid: &BackgroundGrid, particles: &Particles, law: &PointLaw<'_>
                 damage: particles.damage[p],
                 strength: 1e6,
                 shielded: false,
-                sudden: false,
+                lone: 1.0,
             };
             let s = kind.softening.respond(&green_strain(&h), state).stress;
             let first = (Mat3::identity() + h) * matrix(&s) * particles.volume[p];

@@ -129,7 +129,12 @@ fn nodes_part_as_their_points_are_connected_one_by_one() {
             particles.normal[p] = (Vec3::new(1.0, 1.0, 0.0) + tilt).normalize();
         }
         let (old, before) = (bonds.clone(), (grid.clone(), particles.clone()));
-        let nodes = bonds.grow(&broken, &grid, &particles, &slots);
+        // Those of near points are another test's.
+        let nodes: Vec<(u32, bool)> = bonds
+            .grow(&broken, &grid, &particles, &slots)
+            .into_iter()
+            .map(|(node, _)| (node, false))
+            .collect();
         split(&bonds, &nodes, &mut grid, &mut particles, &slots);
         let states = [(&before.0, &before.1), (&grid, &particles)];
         parted += check([&old, &bonds], states);
@@ -137,4 +142,47 @@ fn nodes_part_as_their_points_are_connected_one_by_one() {
     }
     assert!(parted > 500, "{parted} nodes parted");
     assert!(grid.nodes.len() > 1500, "{} nodes", grid.nodes.len());
+}
+
+/// A flat crack through half of a block, to x = 5: which nodes in its plane part by what they see
+/// within a cell, and which by all that they see.
+#[test]
+fn a_node_parts_where_its_near_points_are_apart() {
+    let place = |i: u64| {
+        let cell = Vec3::new((i / 400) as f64, (i / 20 % 20) as f64, (i % 20) as f64);
+        cell * 0.5 + Vec3::from([0, 1, 2].map(|a| 0.1 + 0.3 * unit(5, a, i)))
+    };
+    let places: Vec<Vec3> = (0..8000).map(place).collect();
+    let spacing = Vec3::repeat(1.0);
+    let parted = |by_near: bool| {
+        let mut particles = Particles::at_rest(&places, 1000.0, 1.0);
+        let mut grid = BackgroundGrid::new(&mut particles, spacing);
+        let mut bonds = Bonds::new(&particles, &spacing);
+        let cut = |a: &Vec3, b: &Vec3| {
+            let across = a.y < 5.0 && b.y >= 5.0;
+            across && (a + (b - a) * ((5.0 - a.y) / (b.y - a.y))).x < 5.0
+        };
+        let mut slots = vec![0; places.len()];
+        for (p, &id) in particles.id.iter().enumerate() {
+            slots[id as usize] = p as u32;
+        }
+        bonds.sever(cut, &particles, &slots);
+        let nodes: Vec<(u32, bool)> =
+            (0..grid.nodes.len() as u32).map(|node| (node, by_near)).collect();
+        let before = grid.nodes.len();
+        split(&bonds, &nodes, &mut grid, &mut particles, &slots);
+        weigh(&grid, &particles);
+        let mut found: Vec<[i32; 3]> = (before..grid.nodes.len())
+            .map(|copy| grid.nodes.place[grid.nodes.origin[copy] as usize])
+            .collect();
+        found.sort_unstable();
+        found
+    };
+    let inner = |x: i32| (3..8).map(move |z| [x, 5, z]);
+    let (by_near, by_all) = (parted(true), parted(false));
+    let share = |found: &[[i32; 3]], x| inner(x).filter(|at| found.contains(at)).count();
+    assert_eq!([share(&by_near, 3), share(&by_all, 3)], [5, 5]);
+    assert_eq!([share(&by_near, 4), share(&by_all, 4)], [5, 0]);
+    assert_eq!([share(&by_near, 5), share(&by_all, 5)], [0, 0]);
+    assert!(by_all.iter().all(|at| by_near.contains(at)), "near points part more, never less");
 }

@@ -7,7 +7,9 @@ use cullet_fracture::mpm::domain::VelocityFields;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Mat3, Quat, Solid, Surface, Vec3, inside::Inside, sample, shapes};
-use cullet_model::{BrittleProblem, Impact, Material, Progress, Settings, Solver, StrengthField};
+use cullet_model::{
+    BrittleProblem, Impact, Material, Progress, Settings, Solver, StrengthField, SurfaceLaw,
+};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -54,8 +56,9 @@ fn crack(turn: Quat, points: Points) -> Crack {
     }
 }
 
-/// F22: against any grid a crack keeps its plane within five degrees and costs its fracture energy
-/// within a seventh. Points on a lattice would lead it along the grid.
+/// F22: against any grid a crack keeps its plane within five degrees and costs 1.08 times its
+/// fracture energy within 8 %, what is damaged beside it counted with it. Points on a lattice whose
+/// planes lie along the crack would break in many planes at once.
 #[test]
 fn a_crack_keeps_its_plane_however_the_grid_lies() {
     let about = |axis: Vec3, degrees: f64| Quat::from_scaled_axis(axis * degrees.to_radians());
@@ -82,10 +85,10 @@ fn a_crack_keeps_its_plane_however_the_grid_lies() {
     };
     for crack in of(false) {
         assert!(crack.tilt.iter().all(|tilt| tilt.abs() < 5.0), "{crack:?}");
-        assert!((crack.spent - 0.97).abs() < 0.14 && crack.layers < 4.3, "{crack:?}");
+        assert!((crack.spent - 1.08).abs() < 0.08 && crack.layers < 3.2, "{crack:?}");
     }
-    let worst = |lattice| of(lattice).map(|c| c.tilt[0].abs()).fold(0.0, f64::max);
-    assert!(worst(true) > 1.5 * worst(false), "{} and {}", worst(true), worst(false));
+    let worst = |lattice| of(lattice).map(|c| c.rough).fold(0.0, f64::max);
+    assert!(worst(true) > 4.0 * worst(false), "{} and {}", worst(true), worst(false));
 }
 
 /// A ball of even strength that grows evenly until it falls apart: the normals of its broken
@@ -180,6 +183,7 @@ fn faces(way: Vec3, seed: u64) -> [Vec<(Vec3, f64)>; 2] {
         solid: Arc::new(Solid::outer(mesh)),
         material: Material { density: 1150.0, young: 3e9, fracture_energy: 5.0, ..STONE },
         strength: StrengthField { seed, ..StrengthField::default() },
+        surface: SurfaceLaw::of(&STONE),
         impacts: vec![impact],
         supports: Vec::new(),
         spin: Vec3::zeros(),

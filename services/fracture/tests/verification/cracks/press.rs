@@ -5,6 +5,7 @@ use cullet_fracture::mpm::{load_patch, symmetric};
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
     BrittleProblem, Impact, Material, Progress, Settings, SolveInProgress, Solver, StrengthField,
+    SurfaceLaw,
 };
 use std::sync::Arc;
 
@@ -56,6 +57,7 @@ fn hit(radius: f64, spacing: f64) -> (Impact, BrittleProblem) {
         solid: Arc::new(Solid::outer(mesh)),
         material: PLASTER,
         strength: StrengthField { seed: 7, ..StrengthField::default() },
+        surface: SurfaceLaw::of(&PLASTER),
         impacts: vec![impact],
         supports: Vec::new(),
         spin: Vec3::zeros(),

@@ -186,7 +186,7 @@ pub(crate) struct Now {
 /// Second Piola–Kirchhoff stress of a point as it is weakened now \[Pa\].
 fn stress(law: &Softening, motion: &PointMotion, particles: &Particles, p: usize) -> Sym3 {
     let damage = if particles.eroded[p] { 1.0 } else { particles.damage[p] };
-    let state = DamageState { damage, strength: 1e12, shielded: false, sudden: false };
+    let state = DamageState { damage, strength: 1e12, shielded: false, lone: 1.0 };
     law.respond(&green_strain(&motion.displacement_gradient), state).stress
 }
 

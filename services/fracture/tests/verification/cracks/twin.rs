@@ -174,7 +174,7 @@ impl Twin {
     /// First Piola–Kirchhoff stress \[Pa\] after damage, and what that took \[J/m³\].
     fn stress(&mut self, p: usize, h: &Mat3) -> (Mat3, f64) {
         let (damage, strength) = (self.particles.damage[p], self.particles.strength[p]);
-        let state = DamageState { damage, strength, shielded: false, sudden: false };
+        let state = DamageState { damage, strength, shielded: false, lone: 1.0 };
         let response = self.law.respond(&green_strain(h), state);
         self.particles.damage[p] = response.damage;
         ((Mat3::identity() + h) * matrix(&response.stress), response.dissipated)

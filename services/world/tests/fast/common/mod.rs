@@ -3,7 +3,7 @@
 
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Sheet, Solid, TriMesh, Vec3};
-use cullet_model::{Fragment, Material};
+use cullet_model::{Fragment, Material, SurfaceLaw};
 use cullet_world::{BodyId, BodySpec, ContactMaterial, Hit, World, WorldSettings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,6 +18,8 @@ pub const GLASS: ContactMaterial = ContactMaterial {
     },
     restitution: 0.3,
     friction: 0.4,
+    surface: SurfaceLaw { hardness: 5.5e9, friction: 0.85 },
+    flows: false,
 };
 
 pub const STEEL: ContactMaterial = ContactMaterial {
@@ -30,6 +32,8 @@ pub const STEEL: ContactMaterial = ContactMaterial {
     },
     restitution: 0.3,
     friction: 0.4,
+    surface: SurfaceLaw { hardness: 2.4e9, friction: 0.85 },
+    flows: false,
 };
 
 /// The cells of a grid whose points a function bends into space.
