@@ -188,7 +188,7 @@ fn branched(told: &[BTreeMap<String, serde_json::Value>]) -> Vec<[f64; 2]> {
 }
 
 /// D1, D2, D3 and D5 over eight seeds, the last two on coarser grids: what is known not to hold is
-/// a gap of theirs, all else holds. Some seeds branch on both sides, most do not.
+/// a gap of theirs, all else holds. Nearly all seeds branch on both sides.
 #[test]
 #[ignore = "long"]
 fn fast_cracks_keep_below_their_speed_and_some_branch() {
@@ -204,7 +204,7 @@ fn fast_cracks_keep_below_their_speed_and_some_branch() {
     }
     for (what, told) in [("D2", &plate), ("D3", &glass)] {
         let times = branched(told);
-        assert!((2..=6).contains(&times.len()), "{what}: {times:?}");
+        assert!(times.len() >= 6, "{what}: {times:?}");
         let late = times.iter().flatten().all(|time| (20e-6..=60e-6).contains(time));
         assert!(late, "{what}: {times:?}");
     }

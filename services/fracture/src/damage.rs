@@ -17,10 +17,10 @@ use cullet_model::Material;
 /// Poisson-disk points, 8 a cell.
 ///
 /// Spreading G_f over any other length dissipates the wrong energy (F03). With k = σ_f² h/(2EG_f),
-/// how sharply a cell breaks, the width w = 2.39 k/(k + 0.0245), less what [`ALONG`] says, is the
-/// one for which a crack that runs through the notched bar of
-/// `services/fracture/tests/verification/bar.rs` (F-B) dissipates G_f per area in the mean over
-/// the places and the turns of the grid. Softer cells (small k) part while many of their points are
+/// how sharply a cell breaks, the width w = 2.39 k/(k + 0.0245), less along the grid, is the one
+/// for which a crack that runs through the notched bar of
+/// `services/fracture/tests/verification/bar.rs` (F-B) dissipates G_f per area in the mean over the
+/// places and the turns of the grid. Softer cells (small k) part while many of their points are
 /// only half broken. Measure again when the kernel, the sampling, the damage law or the parting of
 /// nodes changes.
 pub const BAND_WIDTH: f64 = 2.39;

@@ -64,7 +64,8 @@ pub(super) struct CrushedZone {
 }
 
 impl CrushedZone {
-    /// The zone under a load that crushes the body, whose points carry on; none where it does not.
+    /// The zone under a load that crushes the body, whose points carry on; none where it does not,
+    /// and none on a plate of flat cells: that is no half-space, and is pierced.
     pub(super) fn under(
         load: &ImpactLoad,
         index: usize,
@@ -73,7 +74,8 @@ impl CrushedZone {
     ) -> Option<Self> {
         let impact = &problem.impacts[index];
         let own = problem.surface.hardness <= impact.crushing_pressure * (1.0 + 1e-9);
-        if !own || !load.will_crush(impact.energy) {
+        let flat = domain.grid.spacing.min() < domain.grid.spacing.max();
+        if flat || !own || !load.will_crush(impact.energy) {
             return None;
         }
         for &(id, _) in &load.patch.shares {
