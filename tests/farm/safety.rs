@@ -240,7 +240,7 @@ fn what_the_journal_does_not_take_is_not_acknowledged() {
     let (endpoint, state) = (common::free_endpoint(), unique("short"));
     fs::create_dir_all(&state).expect("a folder");
     let quick = ["--set", "world.duration=0.02"];
-    let words = "trap '' XFSZ; ulimit -f 14";
+    let words = "trap '' XFSZ; ulimit -f 18";
     let mut coordinator = limited(words, &endpoint, &state, &["--runs", "1"]);
     let asks = Asks(endpoint.clone());
     until("it is there", LONG, || asks.say(&["ps"]).code == 0);
