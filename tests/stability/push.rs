@@ -28,7 +28,7 @@ fn f11_a_contact_is_no_point() {
     let impact = Impact { point: Vec3::new(-4.0 * H, 0.0, 0.0), radius: 0.1 * H, ..tap() };
     let load = ImpactLoad::new(&impact, &domain, impact.duration, 1.0);
     let place = |id: u32| domain.particles.reference[domain.slot(id)];
-    let shares = &load.patch.shares;
+    let shares = load.patch.shares();
     let reach = shares.iter().map(|(id, _)| place(*id).yz().norm()).fold(0.0, f64::max);
     let most = shares.iter().map(|(_, share)| *share).fold(0.0, f64::max);
     assert!(load.radius == 2.0 * H && reach > 1.5 * H && most < 0.05, "{reach} m, {most}");

@@ -213,7 +213,7 @@ impl Brittle {
             .iter()
             .map(|impact| load(impact, &problem, &domain, &schedule))
             .collect();
-        for &(id, _) in loads.iter().flat_map(|load| &load.patch.shares) {
+        for &(id, _) in loads.iter().flat_map(|load| load.patch.shares()) {
             let slot = domain.slot(id);
             domain.particles.shielded[slot] = true;
         }
@@ -348,7 +348,7 @@ impl Brittle {
             if load.cracks(&self.problem.material) {
                 *torn = true;
                 let time = self.domain.time;
-                load.patch.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
+                load.patch.shares().iter().for_each(|&(id, _)| self.domain.open(id, time));
             }
         }
     }

@@ -110,17 +110,21 @@ impl Softening {
         let strength = material.failure_stress.min((2.0 * SHARPEST * energy / spacing).sqrt());
         let k = strength * strength * spacing / (2.0 * energy);
         let length = BAND_WIDTH * k / (k + HALF_WIDTH) * spacing;
-        Self { narrower: ALONG, ..Self::capped(material, length, strength) }
+        Self { narrower: ALONG, ..Self::with_strength(material, length, strength) }
     }
 
     /// The law of `material` when a crack is spread over `length` \[m\].
     #[must_use]
     pub fn new(material: &Material, length: f64) -> Self {
         let snap_back = (2.0 * material.young * material.fracture_energy / length).sqrt();
-        Self::capped(material, length, material.failure_stress.min(STRENGTH_CEILING * snap_back))
+        Self::with_strength(
+            material,
+            length,
+            material.failure_stress.min(STRENGTH_CEILING * snap_back),
+        )
     }
 
-    fn capped(material: &Material, length: f64, strength: f64) -> Self {
+    fn with_strength(material: &Material, length: f64, strength: f64) -> Self {
         // H̄ l = σ_f² l / (2 E G_f),  H = H̄l/(1 − H̄l)  [Fan24 Eq. 2.28, F01]
         let energy = 2.0 * material.young * material.fracture_energy;
         let share = strength * strength * length / energy;

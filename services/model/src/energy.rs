@@ -30,14 +30,14 @@ pub struct EnergyAccount {
 impl EnergyAccount {
     /// What can be told where it is \[J\].
     #[must_use]
-    pub fn found(&self) -> f64 {
+    pub fn known_energy(&self) -> f64 {
         self.kinetic + self.elastic + self.broken + self.flowed + self.met + self.damped
     }
 
     /// What can be told where it is and nothing gave; negative where some is missing \[J\].
     #[must_use]
     pub fn off(&self) -> f64 {
-        self.found() - self.given
+        self.known_energy() - self.given
     }
 }
 
@@ -55,7 +55,7 @@ impl EnergyBalance {
     /// A sum that is no number (F76); [`ENERGY_MADE`] of the scale that nothing gave.
     pub fn look(&mut self, account: &EnergyAccount, scale: f64, step: u64) -> Result<(), Failure> {
         let off = account.off() / scale;
-        if off.is_nan() || !account.found().is_finite() {
+        if off.is_nan() || !account.known_energy().is_finite() {
             return Err(Failure::NotFinite { what: "energy", step });
         }
         if off.abs() > self.off.abs() {

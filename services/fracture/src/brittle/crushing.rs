@@ -78,7 +78,7 @@ impl CrushedZone {
         if flat || !own || !load.will_crush(impact.energy) {
             return None;
         }
-        for &(id, _) in &load.patch.shares {
+        for &(id, _) in load.patch.shares() {
             let slot = domain.slot(id);
             domain.particles.strength[slot] = HELD;
         }
@@ -116,7 +116,7 @@ impl CrushedZone {
     /// Pushes outward and starts cracks by the force of the load in the next step.
     pub(super) fn push(&mut self, load: &ImpactLoad, domain: &mut Domain) {
         self.last = (0.0, 0.0);
-        let crushed = load.crushed();
+        let crushed = load.crushing_energy();
         if crushed <= 0.0 || load.is_over() {
             return;
         }

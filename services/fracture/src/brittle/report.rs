@@ -28,7 +28,7 @@ impl Brittle {
         .with("energy_balance", "1", 1.0 + self.record.balance.off)
         .with("work", "J", self.work())
         .with("energy_of_contact_of_sides", "J", self.record.total.collided)
-        .with("energy_of_crushed_contact", "J", self.crushed());
+        .with("energy_of_crushed_contact", "J", self.crushing_energy());
         let zones = || self.zones.iter().flatten();
         if let Some(length) = zones().map(|zone| zone.length).reduce(f64::max) {
             let energy = zones().map(CrushedZone::starting_energy).sum();
@@ -41,7 +41,7 @@ impl Brittle {
                 "crushed: cracks of up to {length:.3e} m start under the contact, for \
                  {energy:.3e} J, and {wedge:.3e} J push apart what is around, of {:.3e} J that \
                  crushing took (F13)",
-                self.crushed()
+                self.crushing_energy()
             ));
         }
         self.last_warnings(&mut report);
@@ -49,8 +49,8 @@ impl Brittle {
     }
 
     /// Energy that crushing of the contacts took \[J\].
-    fn crushed(&self) -> f64 {
-        self.loads.iter().map(ImpactLoad::crushed).sum()
+    fn crushing_energy(&self) -> f64 {
+        self.loads.iter().map(ImpactLoad::crushing_energy).sum()
     }
 
     /// Impulse that the loads have put into the body \[N·s\].

@@ -67,7 +67,7 @@ impl LameParameters {
 
     /// Ψ of Green's strain E of the undamaged solid \[J/m³\].
     #[must_use]
-    pub fn stored(&self, e: &Sym3) -> f64 {
+    pub fn energy_density(&self, e: &Sym3) -> f64 {
         let (trace, adjoint) = (e[0] + e[1] + e[2], adjugate(e));
         let det = e[0] * adjoint[0] + e[3] * adjoint[3] + e[5] * adjoint[5];
         let minors = adjoint[0] + adjoint[1] + adjoint[2];

@@ -146,7 +146,7 @@ impl ImpactLoad {
 
     /// Energy that crushing of the contact has taken so far \[J\].
     #[must_use]
-    pub fn crushed(&self) -> f64 {
+    pub fn crushing_energy(&self) -> f64 {
         self.contact.crushed()
     }
 

@@ -4,6 +4,7 @@
 use super::domain::Domain;
 use super::stencil::{packed, vector};
 use cullet_geometry::Vec3;
+use std::ops::{AddAssign, Mul};
 
 /// Least radius of the loaded disc, in spacings (F11): a smaller one is a point force on this grid,
 /// whose stress grows as the grid shrinks.
@@ -15,22 +16,53 @@ pub const DEPTH: f64 = 1.5;
 /// Fewest points that may carry a load; the nearest ones are taken where the disc holds fewer.
 pub const LEAST_POINTS: usize = 8;
 
-/// Points with shares that sum to 1, and the nodes that carry them.
+/// Points with their shares of a push, numbers or vectors, and the nodes that carry them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct LoadPatch {
-    /// Point ids and their shares.
-    pub shares: Vec<(u32, f64)>,
-    /// Nodes and their shares, as long as no node is split.
-    nodes: Vec<(u32, f64)>,
+struct CarriedPush<T> {
+    /// By id.
+    shares: Vec<(u32, T)>,
+    /// The nodes', as long as no node is split.
+    nodes: Vec<(u32, T)>,
     /// Splits that the domain had seen when those were found.
     seen: Option<u64>,
 }
+
+impl<T> CarriedPush<T>
+where
+    T: Copy + Default + PartialEq + Mul<f64, Output = T> + AddAssign,
+{
+    fn new(shares: Vec<(u32, T)>) -> Self {
+        Self { shares, nodes: Vec::new(), seen: None }
+    }
+
+    /// Finds the nodes as they are now: weights stay, a crack makes copies.
+    fn find(&mut self, domain: &Domain) {
+        if self.seen != Some(domain.splits()) {
+            self.nodes = domain.carriers(&self.shares);
+            self.seen = Some(domain.splits());
+        }
+    }
+
+    /// Gives each node the impulse that is made of its share \[N·s\].
+    fn push(&mut self, domain: &mut Domain, impulse: impl Fn(T) -> Vec3) {
+        self.find(domain);
+        let nodes = &mut domain.grid.nodes;
+        for &(n, share) in &self.nodes {
+            let n = n as usize;
+            nodes.velocity[n] += packed(impulse(share) / nodes.mass[n]);
+        }
+    }
+}
+
+/// Points under a contact, with shares that sum to 1.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadPatch(CarriedPush<f64>);
 
 impl LoadPatch {
     /// Under these points.
     #[must_use]
     pub fn new(shares: Vec<(u32, f64)>) -> Self {
-        Self { shares, ..Self::default() }
+        Self(CarriedPush::new(shares))
     }
 
     /// Under the points near a contact: Hertz's pressure over a disc of `radius` \[m\] across
@@ -40,45 +72,33 @@ impl LoadPatch {
         Self::new(disc(domain, point, normal, radius))
     }
 
-    /// The nodes as they are now: weights stay, a crack makes copies.
-    fn find(&mut self, domain: &Domain) {
-        if self.seen != Some(domain.splits()) {
-            self.nodes = domain.carriers(&self.shares);
-            self.seen = Some(domain.splits());
-        }
+    /// Point ids and their shares.
+    #[must_use]
+    pub fn shares(&self) -> &[(u32, f64)] {
+        &self.0.shares
     }
 
     /// Velocity along `direction` in the mean \[m/s\].
     pub fn speed(&mut self, domain: &Domain, direction: &Vec3) -> f64 {
-        self.find(domain);
+        self.0.find(domain);
         let velocity = &domain.grid.nodes.velocity;
-        self.nodes.iter().map(|&(n, s)| s * vector(velocity[n as usize]).dot(direction)).sum()
+        self.0.nodes.iter().map(|&(n, s)| s * vector(velocity[n as usize]).dot(direction)).sum()
     }
 
     /// Pushes the points with `impulse` \[N·s\] in all.
     pub fn push(&mut self, domain: &mut Domain, impulse: Vec3) {
-        self.find(domain);
-        let nodes = &mut domain.grid.nodes;
-        for &(n, share) in &self.nodes {
-            let n = n as usize;
-            nodes.velocity[n] += packed(impulse * (share / nodes.mass[n]));
-        }
+        self.0.push(domain, |share| impulse * share);
     }
 }
 
 /// Points that are pushed apart from the axis of a contact: a generalised force S whose coordinate
-/// is how far they have moved outward in the mean.
+/// is how far they have moved outward in the mean. Their shares are the push of each at S = 1.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SpreadPatch {
-    /// Point ids and the push of each at S = 1: outward, less the mean.
-    shares: Vec<(u32, Vec3)>,
-    /// Nodes and theirs, as long as no node is split.
-    nodes: Vec<(u32, Vec3)>,
-    seen: Option<u64>,
-}
+pub struct SpreadPatch(CarriedPush<Vec3>);
 
 impl SpreadPatch {
-    /// The points of a patch about the axis along `normal` through `point` \[m\].
+    /// The points of a patch about the axis along `normal` through `point` \[m\]: outward, less
+    /// the mean.
     #[must_use]
     pub fn new(patch: &LoadPatch, domain: &Domain, point: &Vec3, normal: &Vec3) -> Self {
         let outward = |&(id, share): &(u32, f64)| {
@@ -86,37 +106,25 @@ impl SpreadPatch {
             let aside = arm - normal * arm.dot(normal);
             (id, share, aside.try_normalize(0.0).unwrap_or_default())
         };
-        let all: Vec<(u32, f64, Vec3)> = patch.shares.iter().map(outward).collect();
+        let all: Vec<(u32, f64, Vec3)> = patch.shares().iter().map(outward).collect();
         let mean: Vec3 = all.iter().map(|(_, share, out)| out * *share).sum();
         let shares = all.into_iter().map(|(id, share, out)| (id, (out - mean) * share)).collect();
-        Self { shares, ..Self::default() }
-    }
-
-    fn find(&mut self, domain: &Domain) {
-        if self.seen != Some(domain.splits()) {
-            self.nodes = domain.carriers(&self.shares);
-            self.seen = Some(domain.splits());
-        }
+        Self(CarriedPush::new(shares))
     }
 
     /// How far the points have moved outward \[m\], and how fast they do \[m/s\].
     pub fn motion(&mut self, domain: &Domain) -> (f64, f64) {
-        self.find(domain);
+        self.0.find(domain);
         let nodes = &domain.grid.nodes;
         let along = |of: &[wide::f64x4]| -> f64 {
-            self.nodes.iter().map(|(n, out)| vector(of[*n as usize]).dot(out)).sum()
+            self.0.nodes.iter().map(|(n, out)| vector(of[*n as usize]).dot(out)).sum()
         };
         (along(&nodes.displacement), along(&nodes.velocity))
     }
 
     /// Pushes the points outward with `impulse` \[N·s\].
     pub fn push(&mut self, domain: &mut Domain, impulse: f64) {
-        self.find(domain);
-        let nodes = &mut domain.grid.nodes;
-        for (n, out) in &self.nodes {
-            let n = *n as usize;
-            nodes.velocity[n] += packed(out * (impulse / nodes.mass[n]));
-        }
+        self.0.push(domain, |out| out * impulse);
     }
 }
 

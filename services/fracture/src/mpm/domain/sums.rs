@@ -42,7 +42,7 @@ impl Domain {
             let held = match &law.flow {
                 Some(flow) => flow.energy(&strain, &particles.flow[p]),
                 None if damage > 0.0 => law.softening.energy(&strain, damage),
-                None => law.elastic.stored(&strain),
+                None => law.elastic.energy_density(&strain),
             };
             if time == 0.0 {
                 return particles.volume[p] * held;
