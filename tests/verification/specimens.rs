@@ -2,6 +2,7 @@
 //! tells it.
 
 mod balls;
+mod cubes;
 
 use crate::common;
 
